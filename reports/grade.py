@@ -88,7 +88,7 @@ def headline(grade: Grade) -> str:
     right = {
         CORRECT_TO_RESOLUTION: "within the resolution of the reference",
         CORRECT_TO_DIGITS: f"to its printed digits: {largest}, and they allow {length(m.half_m)}",
-        CORRECT_TO_SINGLE: f"to single precision: {largest}",
+        CORRECT_TO_SINGLE: f"to single precision{decided(grade)}: {largest}",
         CORRECT_TO_NOISE: f"to its noise of {length(m.rms_m)}: {largest}",
     }
     if grade.verdict in right:
@@ -98,6 +98,8 @@ def headline(grade: Grade) -> str:
     wrong = f"{grade.file} is wrong: {largest}."
     if grade.verdict == TOO_LITTLE and diagnosis is not None and diagnosis.null.within_floor:
         return f"{wrong} Its printed digits allow about as much, {length(m.half_m)}: too little to find the cause."
+    if grade.verdict == TOO_LITTLE and grade.hidden_by_single:
+        return f"{wrong} If the program uses single precision, that is why; print 9 digits to show it."
     if diagnosis is None or grade.verdict == TOO_LITTLE:
         return f"{wrong} That is too little to find the cause."
     best = mistakes_text(diagnosis.best)
@@ -108,6 +110,14 @@ def headline(grade: Grade) -> str:
     if diagnosis.engines:
         return f"{wrong} It is {defaults_of(diagnosis.engines)}."
     return f"{wrong} {'One of several equally good explanations' if diagnosis.alike else 'Most likely cause'}: {best}."
+
+
+def decided(grade: Grade) -> str:
+    """Return until when a file of single precision can be judged, in words; empty if that is its end."""
+    all_s = float(grade.measured.sample.times[-1])
+    return f" until t = {grade.decided_s:.4g} s, after which rounding alone could explain any error" * (
+        grade.decided_s < all_s
+    )
 
 
 def coarse(grade: Grade) -> str:
@@ -235,13 +245,18 @@ def verdict_lines(grade: Grade) -> Iterator[str]:
             yield f"Correct to the printed digits: every error is within the {length(m.half_m)} that they allow."
         case verdict if verdict == CORRECT_TO_SINGLE:
             yield (
-                f"Correct to single precision: every number in the file is of single precision, which explains errors "
-                f"of {length(m.worst_m)}."
+                f"Correct to single precision{decided(grade)}: every number in the file is of single precision, which "
+                f"explains errors of {length(m.worst_m)}."
             )
         case verdict if verdict == CORRECT_TO_NOISE:
             yield (
                 f"Correct to its noise: the errors are {length(m.rms_m)} rms, uncorrelated between rows, and no known "
                 "mistake explains them."
+            )
+        case verdict if verdict == TOO_LITTLE and grade.hidden_by_single:
+            yield (
+                "Single precision would explain the errors, but the file has too few digits to show that its program "
+                "uses it, and no known mistake explains them completely."
             )
         case verdict if verdict == TOO_LITTLE:
             yield (
@@ -267,6 +282,7 @@ def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
             "error."
         )
         if not best.mistakes:
+            yield from stopped(grade, diagnosis)
             return
         yield "The best of them, which is not reliable:"
     elif grade.verdict == EXPLAINED_PARTLY:
@@ -280,9 +296,8 @@ def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
     yield from evidence(diagnosis)
     left = length(best.max_m)
     if grade.verdict == EXPLAINED_WHOLLY:
-        floor = (
-            "within the effect of single precision" if grade.measured.single else "within the file's print precision"
-        )
+        is_single = grade.measured.may_be_single and not grade.hidden_by_single
+        floor = "within the effect of single precision" if is_single else "within the file's print precision"
         yield f"The remaining {left} is {floor if best.within_floor else 'noise'}."
         if diagnosis.engines and not any(mistake.hypothesis.part == "steps" for mistake in best.mistakes):
             yield "The file does not determine the length of the step."
@@ -290,6 +305,14 @@ def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
         yield f"The remaining {left} is neither noise nor rounding: something else is wrong as well."
     for other in diagnosis.alike[:SHOWN_ALIKE]:
         yield f"Equally good: {mistakes_text(other)} ({length(other.max_m)} left)"
+    yield from stopped(grade, diagnosis)
+
+
+def stopped(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
+    """Yield that the search was stopped before it explained the file, and how it takes longer."""
+    if diagnosis.stopped_s and grade.verdict != EXPLAINED_WHOLLY:
+        longer = f"--search {10 * diagnosis.stopped_s:g}"
+        yield f"The search stopped after {diagnosis.stopped_s:g} s of processor time; {longer} makes it longer."
 
 
 def defaults_of(engines: Sequence[str]) -> str:

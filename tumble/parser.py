@@ -382,6 +382,13 @@ def parser() -> Parser:
     grade.add_argument(
         "--tolerance", type=metres, metavar="M", help="exit 1 if a vertex error is larger: 1mm, or 0.001 for metres"
     )
+    grade.add_argument(
+        "--search",
+        type=seconds,
+        default=3.0,
+        metavar="S",
+        help="processor time after which the search stops with the best cause so far [s] (default: %(default)g)",
+    )
     grade.add_argument("--json", action="store_true", help="print the grade as JSON")
     grade.add_argument("-o", "--output", metavar="DIR", help=TABLES_HELP)
     parquet_option(grade)

@@ -25,7 +25,14 @@ from tumble.compare.grade.measure.conserved import fitted_pose
 from tumble.compare.grade.measure.errors import Measured, SampledRows, measure
 from tumble.compare.grade.measure.observations import observations
 from tumble.compare.grade.measure.offset import constant_drift, constant_offset
-from tumble.compare.grade.measure.significance import ALIKE, KERNEL_ERROR, LARGEST_NOISE, ResidualScale, independent
+from tumble.compare.grade.measure.significance import (
+    ALIKE,
+    KERNEL_ERROR,
+    LARGEST_NOISE,
+    ResidualScale,
+    independent,
+    root_mean_square,
+)
 from tumble.compare.grade.measure.single_precision import single_floor, stepwise
 from tumble.compare.grade.measure.spin import spin_mistake
 from tumble.compare.grade.model.program_model import correct_program
@@ -50,9 +57,22 @@ STRAIN = 1e-6
 # Errors below this share of the body's size are too small to identify a step or a clock.
 LITTLE = 1e-6
 
+# Rows in which single precision may move the body by more than this share of its size decide nothing, if it could
+# explain all; and the fewest rows without that are enough.
+LARGE_FLOOR, FEWEST = 1e-3, 12
+# A factor that differs from 1 by less was fitted to something else, alone or beside other fitted values; so were more
+# values than this.
+NEARLY_RIGHT, NEARLY_RIGHT_OF_SEVERAL, MOST_FITTED = 1e-4, 1e-2, 3
+# A fitted step is a part of a row interval if their ratio is as near to a whole number.
+WHOLE = 0.02
 # Printed digits that leave more than this share of the body's size open show it neither right nor wrong.
 COARSE = LARGEST_NOISE
 
+# Share of files called explained whose mistakes were named right, measured by `tools/random_programs`.
+RIGHT_IF_EXPLAINED = 0.95
+
+# Processor time after which a search stops [s].
+SEARCH_S = 3.0
 # The tasks that take long: reading rows, the truth, the search.
 TASKS = 3
 
@@ -76,6 +96,8 @@ class Grade:
     scale : what residuals are compared to
     observations : sentences about the file
     contact : of a scene with a plane, the contact in the file
+    hidden_by_single : whether single precision would explain the errors, but the digits do not show that it is there
+    decided_s : time of the last row that is diagnosed [s]; single precision could explain any error in later ones
     """
 
     file: str
@@ -86,6 +108,8 @@ class Grade:
     scale: ResidualScale
     observations: tuple[str, ...] = ()
     contact: ContactGrade | None = None
+    hidden_by_single: bool = False
+    decided_s: float = np.inf
 
     @cached_property
     def verdict(self) -> str:
@@ -106,6 +130,8 @@ class Grade:
             return CORRECT_TO_SINGLE if measured.single else TOO_LITTLE
         best = diagnosis.best
         if not best.mistakes or best.weight > diagnosis.null.weight - ALIKE:
+            if self.hidden_by_single:
+                return TOO_LITTLE
             if diagnosis.null.is_noise and self.scale.is_noise(
                 measured.rms_m, measured.worst_m, measured.autocorrelation, measured.pairs
             ):
@@ -114,11 +140,45 @@ class Grade:
         if not diagnosis.engines and diagnosis.null.weighted_rms_m <= BARELY * self.scale.floor_m:
             return TOO_LITTLE
         if best.within_floor or (best.is_noise and best.rms_m <= LEFT_AS_NOISE * diagnosis.null.rms_m):
-            return EXPLAINED_WHOLLY
+            return EXPLAINED_PARTLY if self._is_contrived(diagnosis) else EXPLAINED_WHOLLY
+        if self.hidden_by_single:
+            return TOO_LITTLE
         # Any method of higher order explains a part of an error that is as small as it leaves.
         guessed = all(m.hypothesis.part == "steps" and m.hypothesis.only_named for m in best.mistakes)
         partly = best.weighted_rms_m <= MOST_LEFT * diagnosis.null.weighted_rms_m and not guessed
         return EXPLAINED_PARTLY if partly else UNEXPLAINED
+
+    @cached_property
+    def confidence(self) -> float | None:
+        """Probability that the explanation, or one as good, is right; None if the file is not explained."""
+        return RIGHT_IF_EXPLAINED if self.verdict == EXPLAINED_WHOLLY and self.diagnosis is not None else None
+
+    def _is_contrived(self, diagnosis: Diagnosis) -> bool:
+        """Whether the best explanation has values that no program has: they were fitted to what something else left.
+
+        These are a step that is no part of a row interval or of a tick, a tick that is nearly the row
+        interval, factors that are nearly 1, and too many values without a name.
+        """
+        if diagnosis.engines:
+            return False
+        fitted = [m for m in diagnosis.best.mistakes if m.hypothesis.fitted and not m.has_named_value]
+        near = NEARLY_RIGHT_OF_SEVERAL if len(fitted) > 1 else NEARLY_RIGHT
+        nearly_right = [m for m in fitted if not m.hypothesis.unit and abs(m.value - 1) < near]
+        if nearly_right or len(fitted) > MOST_FITTED:
+            return True
+        values = {m.hypothesis.part: m for m in diagnosis.best.mistakes}
+        if "clock tick" in values and not values["clock tick"].has_named_value:
+            rows = values["clock tick"].value / self.measured.spacing_s
+            if abs(rows - round(rows)) < WHOLE * rows:  # nearly the row interval, or a multiple
+                return True
+        if "steps" not in values or "clock rate" in values:
+            return False
+        rows = self.measured.sample.times / self.measured.spacing_s
+        if np.abs(rows - rows.round()).max() > WHOLE:
+            return False  # a step divides no interval of uneven rows
+        tick = values["clock tick"].value if "clock tick" in values else self.measured.spacing_s
+        count = tick / values["steps"].value
+        return abs(count - round(count)) > WHOLE or round(count) == 0
 
     @property
     def is_coarse(self) -> bool:
@@ -148,6 +208,7 @@ def grade(
     engines: Sequence[EngineScheme] = ENGINES,
     on_nearest: Callable[[Explanation], None] = lambda _: None,
     on_progress: ProgressCallback = no_progress,
+    search_s: float = SEARCH_S,
 ) -> Grade:
     """Grade one file.
 
@@ -162,6 +223,7 @@ def grade(
     engines : the engine schemes that are tried
     on_nearest : called with the nearest engine scheme if none fits and a search begins
     on_progress : called with the shares of TASKS tasks
+    search_s : processor time after which the search stops with the best explanation so far [s]
 
     Returns
     -------
@@ -188,12 +250,12 @@ def grade(
             context = context_of(flight, throw, replace(measured, sample=sample))
             scale = scale_of(sample, flight, measured.resolution_m)
             diagnosis = diagnose(
-                context, measured.description, sample, scale, measured.single, engines, on_nearest, searched
+                context, measured.description, sample, scale, measured.single, engines, on_nearest, searched, search_s
             )
         searched.end()
         return Grade(trajectory.name, scene, measured, diagnosis, "", scale, contact=contact)
     context = context_of(scene, throw, measured)
-    scale = scale_of(sample, scene, measured.resolution_m, single_of(measured, context))
+    sample, scale, single = compared(measured, context)
     diagnosis = None
     observed: tuple[str, ...] = ()
     if measured.excess_m > 0 and len(sample) > 1:
@@ -207,7 +269,7 @@ def grade(
         elif has_centre and (drift := constant_drift(sample, points, scale.floors_m)) is not None:
             context = replace(context, drift=np.stack(drift))
         diagnosis = diagnose(
-            context, measured.description, sample, scale, measured.single, engines, on_nearest, searched
+            context, measured.description, sample, scale, single, engines, on_nearest, searched, search_s
         )
     searched.end()
     program = diagnosis.program if diagnosis else context.program
@@ -219,15 +281,32 @@ def grade(
         spin=spin_mistake(sample, program),
         scale=scale,
         observations=observed,
+        hidden_by_single=measured.may_be_single and not single,
+        decided_s=float(sample.times[-1]),
     )
 
 
-def single_of(measured: Measured, context: Context) -> Array | float:
-    """Return the effect of single precision on a correct run with one step a row [m], (S,); 0 for other files."""
+def compared(measured: Measured, context: Context) -> tuple[SampledRows, ResidualScale, bool]:
+    """Return the rows that are diagnosed, their scale, and whether it has the effect of single precision.
+
+    That effect grows with the steps.  If it could explain all errors, only rows in which it is small can show an error.
+    If the digits do not even show that the file is of single precision, it is not taken for the reason.
+    """
+    sample, scene = measured.sample, context.scene
+    in_double = scale_of(sample, scene, measured.resolution_m)
+    if not measured.may_be_single:
+        return sample, in_double, False
+    points = scene.body.points[list(measured.description.vertices)]
+    single_m = single_floor(stepwise(context.program, measured.spacing_s), sample.times, points)
+    scale = scale_of(sample, scene, measured.resolution_m, single_m)
+    if not scale.is_within_floor(root_mean_square(scale.weighted(sample.vertices - sample.true))):
+        return sample, scale, True
     if not measured.single:
-        return 0.0
-    points = context.scene.body.points[list(measured.description.vertices)]
-    return single_floor(stepwise(context.program, measured.spacing_s), measured.sample.times, points)
+        return sample, in_double, False
+    small = single_m <= LARGE_FLOOR * scale.size_m
+    if small.all() or small.sum() < FEWEST:
+        return sample, scale, True
+    return sample.some(small), scale_of(sample.some(small), scene, measured.resolution_m, single_m[small]), True
 
 
 def scale_of(sample: SampledRows, scene: Scene, resolution_m: float, single_m: Array | float = 0.0) -> ResidualScale:
@@ -278,11 +357,13 @@ def diagnose(
     engines: Sequence[EngineScheme] = ENGINES,
     on_nearest: Callable[[Explanation], None] = lambda _: None,
     on_progress: Callable[[float], object] = lambda share: None,
+    search_s: float = np.inf,
 ) -> Diagnosis:
     """Return what explains the sampled rows of one throw.
 
-    single: its numbers are of single precision; on_progress: called with the share of the search that is done.
+    single: its numbers are of single precision; on_progress: called with the share of the search that is done;
+    search_s: processor time after which the search stops [s].
     """
     points = context.scene.body.points[list(description.vertices)]
     evaluator = Evaluator(context, hypotheses(context), sample, points, scale, single, on_progress)
-    return diagnosed(evaluator, engines, on_nearest)
+    return diagnosed(evaluator, engines, on_nearest, search_s)

@@ -211,6 +211,8 @@ def _of_poses(grade: Grade) -> dict[str, object]:
         "resolution_m": m.resolution_m,
         "print_precision_m": m.half_m,
         "engines": list(grade.diagnosis.engines) if grade.diagnosis else [],
+        "confidence": grade.confidence,
         "seen": list(grade.observations),
+        "search_stopped": grade.diagnosis is not None and grade.diagnosis.stopped_s > 0,
         "diagnosis": [asdict(row) for row in diagnosis_rows(grade)],
     }

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
-from tumble.compare.grade.grade import TASKS, grade
+from tumble.compare.grade.grade import SEARCH_S, TASKS, grade
 from tumble.compare.grade.hypotheses.explanation import Explanation
 from tumble.compare.grade.measure.errors import Measured
 from tumble.compare.grade.measure.readings import MeasuredReadings
@@ -34,6 +34,7 @@ def grade_file(
     names: Sequence[str] = (),
     shown: str | None = None,
     sensor: str | None = None,
+    search_s: float = SEARCH_S,
     on_measured: Callable[[str, Measured, Sequence[str]], object] = lambda name, measured, observed: None,
     on_nearest: Callable[[Explanation], object] = lambda nearest: None,
     on_readings: Callable[[str, Sequence[MeasuredReadings]], object] = lambda name, measured: None,
@@ -51,6 +52,7 @@ def grade_file(
     names : names of the columns of a file without a header
     shown : what messages call the file; None: its path
     sensor : name of the sensor that readings are of; None: the scene's only one
+    search_s : processor time after which the search for the cause of a wrong pose stops [s]
     on_measured : called with the file's name, the errors and the observations, before a search
     on_nearest : called with the nearest engine scheme if none fits and a search begins
     on_readings : called with the file's name and the errors of its readings, before a search
@@ -99,6 +101,7 @@ def grade_file(
                         reading.conventions,
                         on_nearest=on_nearest,  # type: ignore[arg-type]
                         on_progress=on_progress,
+                        search_s=search_s,
                     )
                 if read_by is not None:
                     readings = grade_readings(

@@ -39,10 +39,20 @@ def none(w, inertia, dt):
     return w
 
 
+def along_screw(w, v, dt):
+    """Return how far the centre moves in a step whose v turns with the body."""
+    speed = np.sqrt(w @ w)
+    axis = w / speed
+    along = (axis @ v) * axis
+    across, angle = v - along, speed * dt
+    return dt * along + (np.sin(angle) * across + (1 - np.cos(angle)) * cross(axis, v)) / speed
+
+
 @dataclass(frozen=True)
 class Replica:
     """What an engine does in a step of dt [s]; substeps: of equal length; damps: what it makes of v and w; mean:
-    turned by the mean of the old w and the new; cap [rad/s]."""
+    turned by the mean of the old w and the new; cap [rad/s]; screw: v is stored in body axes and x moves along the
+    screw of v and w, as Pinocchio's integrate does."""
 
     dt: float
     spin: Callable = explicit
@@ -52,6 +62,7 @@ class Replica:
     damps: Callable = lambda v, w, dt: (v, w)
     cap: float = np.inf
     number: type = np.float64
+    screw: bool = False
 
     def rows(self, throw, every=1):
         """Yield the clock's time and x, R, q, v, w, a row every so many steps."""
@@ -64,13 +75,14 @@ class Replica:
             if n % every == 0:
                 yield n * self.dt, x, matrix(q), q, v, w
             for _ in range(self.substeps):
-                v = v + dt * throw.gravity.astype(number)
                 R = matrix(q)
+                v = v + dt * throw.gravity.astype(number) - (dt * cross(w, v) if self.screw else 0)
                 new = w if self.spin is none else R @ self.spin(R.T @ w, inertia, dt)
                 v, new = self.damps(v, new, dt)
                 new = self.capped(new)
-                x = x + dt * v
+                x = x + (along_screw(new, v, dt) if self.screw else dt * v)
                 q = self.turned(q, (w + new) / 2 if self.mean else new, dt)
+                v = matrix(q) @ (R.T @ v) if self.screw else v
                 w = matrix(q) @ (R.T @ new) if self.mean else new  # about another axis w stays in body axes
 
     def capped(self, w):

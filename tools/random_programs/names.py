@@ -158,11 +158,13 @@ MISTAKES: dict[str, tuple[Name, ...]] = {
 
 # --- schemes --------------------------------------------------------------------------------------------------------
 
+VELOCITY = {"screw": "screw", "body": "straight"}
 BETWEEN = (Name("interpolated-rows", of("tick")), Name("fixed-physics-step", of("tick")))
 SCHEME: dict[str, tuple[Name, ...]] = {
     "rows late": (Name("log-lag", of("time")), Name("clock-offset", _behind), *BETWEEN),
     "gravity idle": (Name("gravity-delayed", of("time")), same("wrong-position-update")),
     "asleep at first": (Name("log-lag", of("time")), Name("clock-offset", _behind)),
+    "velocity in body axes": (Name("velocity-in-body-axes", lambda params, scene: VELOCITY[str(params["how"])]),),
     "another step of x": (Name("wrong-position-update"), Name("explicit-euler"), same("gravity-delayed")),
 }
 STEPS = {
@@ -183,6 +185,7 @@ GYROSCOPIC = {
     "rescaled": "rescaled",
     "Lacoursiere": "ode",
     "midpoint": "midpoint",
+    "momentum": "momentum",
 }
 TURNING = {"exponential": "exponential", "first order": "first order"}
 PLACES = {
@@ -295,6 +298,8 @@ NOT_BACK = frozenset(
 
 def back(claim: Claim) -> tuple[str, Params] | None:
     """Return the label and the parameters of what a claim says; None where that is not known."""
+    if claim.name == "body-never-moves":
+        return "stops", {"time": 0.0}
     if claim.name in NOT_BACK or claim.name not in BACK:
         return None
     label, key = BACK[claim.name]

@@ -204,7 +204,10 @@ def scheme_parts(own: Scheme) -> Iterator[tuple[str, Params, Neutral]]:
         yield "another step of x", {"moves": own.moves}, lambda p: p.with_scheme(moves="new")
     params = {"step": own.step, "method": own.method}
     if own.method == SPLIT:
-        params |= {"gyroscopic": own.gyroscopic, "turning": own.turning, "moves": own.moves}
+        # A program that keeps the angular momentum takes no gyroscopic term.
+        kept = own.keeps == "momentum" and own.gyroscopic != "none"
+        gyroscopic = "momentum" if kept else own.gyroscopic
+        params |= {"gyroscopic": gyroscopic, "turning": own.turning, "moves": own.moves}
     yield "step", params, _finer
 
 

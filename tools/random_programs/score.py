@@ -12,6 +12,7 @@ from tools.random_programs.names import (
     PLACES,
     STEPS,
     TURNING,
+    VELOCITY,
     back,
     fits,
     names,
@@ -168,7 +169,7 @@ def translated(case: Case, claims: Sequence[Claim]) -> list[Program]:
     planted: list[Planted] = []
     late = 0.0
     for claim in claims:
-        if claim.name in (*STEPS.values(), "interpolated-rows"):
+        if claim.name in (*STEPS.values(), "interpolated-rows", "velocity-in-body-axes"):
             continue
         if claim.name in ("linear-damping", "angular-damping") and scheme.method == SPLIT:
             damping = _claimed_damping(damping, claim)
@@ -209,16 +210,24 @@ def _claimed_scheme(own: Scheme, claims: dict[str, Claim]) -> Scheme | None:
             return None
         tick = own.spacing / every
     spins = {name: kind for kind, name in GYROSCOPIC.items() if name}
+    spin = spins.get(claim.parameters.get("gyroscopic", ""), "explicit")
     return Scheme(
         tick,
         own.spacing,
         method,
-        spins.get(claim.parameters.get("gyroscopic", ""), "explicit"),
+        "explicit" if spin == "momentum" else spin,
         claim.parameters.get("rotation", "") or "exponential",
         reading=reading,
+        keeps="momentum" if spin == "momentum" else "world",
         substeps=max(1, round(tick / step)),
         centre=int(claim.number("substeps") or 1),
+        velocity=next((how for how, moves in VELOCITY.items() if moves == _moves(claims)), "world"),
     )
+
+
+def _moves(claims: dict[str, Claim]) -> str:
+    """Return how the centre moves in an answer with its velocity in body axes; empty in another."""
+    return claims["velocity-in-body-axes"].parameters["moves"] if "velocity-in-body-axes" in claims else ""
 
 
 def _claimed_damping(damping: Damping, claim: Claim) -> Damping:

@@ -13,6 +13,7 @@ import pandas as pd
 from tumble.api.progress import display
 from tumble.api.result import Result, call, text_of
 from tumble.api.scene import Scene, SceneLike
+from tumble.compare.grade.grade import SEARCH_S
 from tumble.compare.grade.read.conventions import BODY, WORLD, Conventions
 from tumble.compare.grade.read.programs import PROGRAMS
 from tumble.compare.grade.read.reading_options import ReadingOptions
@@ -78,6 +79,7 @@ def grade(
     spin: str = "world",
     sensor: str | None = None,
     decimal: str = ".",
+    search: float = SEARCH_S,
     progress: bool = True,
 ) -> GradeResult:
     """Measure how far off a trajectory is, and find the most likely cause.
@@ -97,6 +99,7 @@ def grade(
     spin : axes of the angular velocity, "world" or "body".
     sensor : the sensor of the scene that readings ax, ay, az, gx, gy, gz are of; its only one if left out.
     decimal : decimal sign of a file.
+    search : processor time after which the search for the cause stops with the best so far [s].
     progress : draw a bar in a terminal or a notebook.
 
     Returns
@@ -120,6 +123,8 @@ def grade(
             raise UserError(f"{name} = {value!r}: must be {' or '.join(map(repr, CHOICES[name]))}")
     if start is not None and not (isinstance(start, Real) and math.isfinite(start)):
         raise UserError(f"start = {start!r}: must be a number of seconds")
+    if not (isinstance(search, Real) and search > 0):
+        raise UserError(f"search = {search!r}: must be a number of seconds above 0")
     if names and not isinstance(trajectory, str | Path):
         raise UserError("names: are those of a file without a header; to rename columns of a table, give columns")
     conventions = Conventions(euler, axes, start, spin)
@@ -132,6 +137,7 @@ def grade(
             like=like,
             names=names,
             sensor=sensor,
+            search_s=search,
             shown=None if isinstance(trajectory, str | Path) else "the trajectory",
             display=display(progress),
         )

@@ -30,6 +30,7 @@ def main(options: Namespace) -> int:
         map_file=options.map_file,
         names=[name.strip() for name in options.columns.split(",")] if options.columns else (),
         sensor=options.sensor,
+        search_s=options.search,
         on_measured=lambda name, measured, observed: notes(first_lines(name, measured, observed)),
         on_nearest=lambda explanation: note(nearest_line(explanation)),
         on_readings=lambda name, measured: notes(first_reading_lines(name, measured)),

@@ -13,6 +13,7 @@ import numpy as np
 from tumble.compare.grade.hypotheses.hypothesis import NEAR, Context
 from tumble.compare.grade.model.kernel.dynamics import (
     AFTER_FORCES,
+    ALONG_SCREW,
     AS_FORCE,
     BACKWARD,
     BEFORE_FORCES,
@@ -21,9 +22,11 @@ from tumble.compare.grade.model.kernel.dynamics import (
     EXPONENTIALLY,
     IMPLICIT,
     IMPLICITLY,
+    IN_WORLD_AXES,
     LAST,
     LINEARLY,
     MIDPOINT,
+    MOMENTUM,
     QUATERNION,
     RESCALED,
 )
@@ -36,6 +39,7 @@ GYROSCOPIC = {
     "rescaled": (RESCALED, "explicit gyroscopic term with the angular momentum rescaled to its old length"),
     "ode": (BACKWARD, "gyroscopic term as in ODE, (I - dt [L]) w' = L"),
     "midpoint": (MIDPOINT, "gyroscopic term by the midpoint rule"),
+    "momentum": (MOMENTUM, "angular momentum stored"),
 }
 ROTATION = {
     "exponential": (EXPONENTIAL, "attitude updated by exact rotations"),
@@ -72,7 +76,7 @@ class EngineScheme:
     step: its own step [s], 0 if the row spacing determines it; late: rows are one tick late; interpolated: and are
     interpolated between ticks; idle_steps: steps before gravity acts; position_substeps: substeps that move the centre;
     unnormalised: q is never normalised; substeps: equal parts of a step; max_spin: largest |w| [rad/s]; max_turn:
-    largest rotation in a step [rad]; 0 for none.
+    largest rotation in a step [rad]; 0 for none; velocity_axes: of the stored velocity of the centre.
     """
 
     engine: str
@@ -88,6 +92,7 @@ class EngineScheme:
     substeps: int = 1
     max_spin: float = 0.0
     max_turn: float = 0.0
+    velocity_axes: int = IN_WORLD_AXES
 
     def cap(self, step: float) -> float:
         """Return the largest |w| with a step [s], in rad/s, 0 for none."""
@@ -147,6 +152,7 @@ ENGINES = (
     EngineScheme("Godot (Godot Physics)", "none", "exponential", Damping(0.1, 0.1)),
     EngineScheme("MuJoCo 3.7 to 3.10 (implicitfast)", "midpoint", "exponential"),
     EngineScheme("Box3D", "implicit", "first order"),
+    EngineScheme("a loop with Pinocchio's integrate", "explicit", "exponential", velocity_axes=ALONG_SCREW),
 )
 
 # Ticks by which rows are late, in addition to what the engine does: on time, a tick late, a tick early.

@@ -11,6 +11,7 @@ IMPULSE_OVER_ONE_STEP = "impulse-as-force-over-one-step"
 LINEAR_DAMPING, ANGULAR_DAMPING, PYBULLET_DAMPING = "linear-damping", "angular-damping", "pybullet-default-damping"
 SPIN_CAP = "spin-cap"
 SYMPLECTIC_EULER = "symplectic-euler"
+VELOCITY_IN_BODY_AXES = "velocity-in-body-axes"
 
 # Name in format 2 -> name in format 3; other names are the same in both.
 RENAMED_MISTAKES = {

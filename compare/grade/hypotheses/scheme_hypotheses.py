@@ -17,6 +17,7 @@ from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import NEAR, Context, Hypothesis
 from tumble.compare.grade.hypotheses.mistakes.forces import BULLET_KINDS, RATES, damped, damping_rates
 from tumble.compare.grade.hypotheses.mistakes.rotation import gyroscopic_term_missing
+from tumble.compare.grade.hypotheses.mistakes.steps import velocity_in_body_axes
 from tumble.compare.grade.hypotheses.names import (
     CLOCK_RATE,
     GRAVITY_DELAYED,
@@ -26,7 +27,7 @@ from tumble.compare.grade.hypotheses.names import (
     SPIN_CAP,
     SYMPLECTIC_EULER,
 )
-from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, Scheme
+from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, IN_WORLD_AXES, Scheme
 from tumble.compare.grade.model.program_model import SLERP, Clock, ImpulseApplication, ProgramModel
 
 # Powers of e by which a body slows down at the largest rate that is fitted: the first eighth of the run shows it.
@@ -56,6 +57,8 @@ class SchemeHypotheses:
         normalise_every = 0 if scheme.unnormalised else 1
         step = self.step(scheme.gyroscopic, scheme.rotation, scheme.position_substeps, normalise_every)
         found.append(Mistake(step, stepped.step))
+        if scheme.velocity_axes != IN_WORLD_AXES:
+            found.append(Mistake(self._of(velocity_in_body_axes, (scheme.velocity_axes,))))
         spacing = self._context.spacing_s
         if scheme.step and not scheme.interpolated and abs(scheme.step - spacing) > NEAR * spacing:
             found.append(Mistake(self._of(_own_step, ()), scheme.step / spacing))
@@ -66,6 +69,10 @@ class SchemeHypotheses:
             late = abs(ticks * (stepped.step if scheme.step else spacing))
             found.append(Mistake(self._of(_late, (1 if ticks > 0 else -1,)), late))
         return tuple(found)
+
+    def late(self, ticks: int) -> Mistake:
+        """Return rows that are late by so many row intervals; early, if the number is negative."""
+        return Mistake(self._of(_late, (1 if ticks > 0 else -1,)), abs(ticks * self._context.spacing_s))
 
     def step(self, gyroscopic: str, rotation: str, position_substeps: int = 1, normalise_every: int = 1) -> Hypothesis:
         """Return the hypothesis of a step; "" stands for a detail that has no effect."""

@@ -9,6 +9,7 @@ from tumble.compare.grade.measure.conserved import Conserved
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.block import Block, vertices_of
 from tumble.compare.grade.read.columns import CENTRE, MATRIX, QUATERNION, SPIN, BadTrajectory, Description
+from tumble.compare.grade.read.digits import Digits
 from tumble.compare.grade.read.even_clock import EXACT, EvenClock
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.run.progress import Progress, ProgressCallback, no_progress
@@ -25,6 +26,8 @@ BINS = 60
 ALIKE, SINGLES_ALIKE, TURNED = 1e-9, 4 * 2.0**-23, 4
 # First rows that decide the clock, and how much smoother errors must be with the printed clock.
 FIRST_ROWS, SMOOTHER = 200, 0.1
+# An error that exceeds the rounding of the digits by less than this factor is their rounding.
+SLIGHTLY = 1.1
 # Row intervals that determine the row spacing.
 SPACED = 10_000
 
@@ -118,6 +121,7 @@ class Measured:
     pairs : number of pairs of neighbouring rows
     lengths : length of the shortest and of the longest quaternion; None: there are no quaternions
     single : whether the pose is of single precision
+    may_be_single : whether the pose is, or may be, of single precision: no number in it refutes that
     drifts : of energy, momentum and angular momentum, as in `tumble.compare.judge.errors`; None: unknown
     by_differences : whether the drifts come from differences of poses
     throw : throw that the sample is of, the one with the largest error
@@ -144,6 +148,7 @@ class Measured:
     pairs: int
     lengths: tuple[float, float] | None
     single: bool
+    may_be_single: bool
     drifts: tuple[float, float, float] | None
     by_differences: bool
     throw: int
@@ -187,7 +192,7 @@ def measure(trajectory: Trajectory, scene: Scene, on_progress: ProgressCallback 
     description, reference = trajectory.descriptions[0], Reference(scene)
     _choose_clock(trajectory, reference, scene)
     reading, working = Progress("rows", on_progress), Progress(f"{scene.name} truth", on_progress)
-    sums, conserved, single = _Sums(), Conserved(scene, description), _single(trajectory)
+    sums, conserved, single = _Sums(), Conserved(scene, description), _is_single(trajectory)
     slack = SINGLES_ALIKE if single else ALIKE
     subsamplers: dict[int, Subsampler] = {}
     for block in trajectory.blocks():
@@ -236,6 +241,7 @@ def measure(trajectory: Trajectory, scene: Scene, on_progress: ProgressCallback 
         pairs=sums.pairs,
         lengths=sums.lengths,
         single=single,
+        may_be_single=single or _may_be_single(trajectory),
         drifts=conserved.drifts(),
         by_differences=conserved.by_differences,
         throw=diagnosed,
@@ -307,7 +313,7 @@ def _add(
     with np.errstate(over="ignore"):
         distances = np.linalg.norm(errors, axis=-1)
         largest = distances.max(axis=1)
-        beyond = np.linalg.norm(np.maximum(np.abs(errors) - half[:, None], 0.0), axis=-1)
+        beyond = np.linalg.norm(np.maximum(np.abs(errors) - SLIGHTLY * half[:, None], 0.0), axis=-1)
         sums.squares += float((distances**2).sum())
         sums.products += float((errors[1:] * errors[:-1]).sum())
         sums.neighbours += np.array([(errors[:-1] ** 2).sum(), (errors[1:] ** 2).sum()])
@@ -383,10 +389,20 @@ def _check_agreement(trajectory: Trajectory, rows: Block, scene: Scene, half: Ar
             )
 
 
-def _single(trajectory: Trajectory) -> bool:
+def _is_single(trajectory: Trajectory) -> bool:
     """Whether the position, the attitude or the vertices are of single precision, as far as the digits show it.
 
     One group is enough: a program may convert the others in double precision when it writes them.
     """
+    return any(any(one.is_decisive for one in group) for group in _unrefuted(trajectory))
+
+
+def _may_be_single(trajectory: Trajectory) -> bool:
+    """Whether no number of the position, the attitude or the vertices refutes that they are of single precision."""
+    return any(any(one.place for one in group) for group in _unrefuted(trajectory))
+
+
+def _unrefuted(trajectory: Trajectory) -> list[list[Digits]]:
+    """Return the print formats of each group of columns in which every number may be of single precision."""
     printed = [[trajectory.digits[name] for name in group] for group in trajectory.places()]
-    return any(any(one.is_decisive for one in group) and all(one.single for one in group) for group in printed)
+    return [group for group in printed if all(one.single for one in group)]

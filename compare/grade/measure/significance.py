@@ -12,8 +12,9 @@ FREE_OF_A_BODY = 6
 ALIKE = 10.0
 # A residual up to this many floors leaves nothing to explain.
 EXPLAINED = 2.0
-# Noise has an autocorrelation of 0 with a standard deviation of 1/sqrt(pairs): at most this many of these.
-WHITE = 3.5
+# Noise has an autocorrelation of 0 with a standard deviation of 1/sqrt(pairs): at most this many of these.  Of few
+# pairs, which have at least three coordinates each, it is at most the second number.
+WHITE, CORRELATED = 3.5, 0.4
 # Largest lag in rows.
 LAGS = 6
 # Fewer pairs show no correlation.
@@ -21,6 +22,8 @@ FEWEST_PAIRS = 16
 # A residual above this share of the body's size, root mean square, is not noise: rows that are further apart than the
 # body's rotations are uncorrelated, too.
 LARGEST_NOISE = 0.1
+# Noise is as large in every part of a file: of so many parts, the smallest is at least this share of the whole.
+PARTS, AS_LARGE = 4, 1 / 3
 # Noise has no spikes above this many times the root mean square.
 SPIKE = 5.0
 # Model-selection penalty of a fitted value: ln(100) units more than a named value.
@@ -53,7 +56,7 @@ class ResidualScale:
 
     def is_noise(self, rms_m: float, max_m: float, correlation: float, pairs: int) -> bool:
         """Whether a residual is noise, by its size, spikes and the autocorrelation over `pairs` rows."""
-        unrelated = pairs >= FEWEST_PAIRS and abs(correlation) <= WHITE / np.sqrt(pairs)
+        unrelated = pairs >= FEWEST_PAIRS and abs(correlation) <= min(WHITE / np.sqrt(pairs), CORRELATED)
         return unrelated and rms_m <= LARGEST_NOISE * self.size_m and max_m <= SPIKE * rms_m
 
     def weights(self, rms_m: Array) -> Array:
@@ -74,6 +77,12 @@ class ResidualScale:
         return float(np.log(self.numbers)) + choice_cost(FITTED_VALUES)
 
 
+def is_even(errors: Array) -> bool:
+    """Whether rows' errors, (S, ...), are as large in every part of the file, as noise is."""
+    parts = [root_mean_square(part) for part in np.array_split(errors, PARTS) if part.size]
+    return min(parts) >= AS_LARGE * root_mean_square(errors)
+
+
 def choice_cost(count: int) -> float:
     """Return the cost of a choice among this many: its description length, in the same units."""
     return 2.0 * float(np.log(count))
@@ -88,7 +97,8 @@ def root_mean_square(errors: Array) -> float:
     """Return the root mean square of lengths, (..., 3)."""
     flat = errors.ravel()
     with np.errstate(over="ignore", invalid="ignore"):
-        return float(np.sqrt(3.0 * (flat @ flat) / flat.size))
+        # Not by BLAS, whose threads cost more than they save.
+        return float(np.sqrt(3.0 * np.einsum("i,i->", flat, flat) / flat.size))
 
 
 def autocorrelation(errors: Array) -> float:

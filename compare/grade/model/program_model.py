@@ -37,7 +37,7 @@ from tumble.solver.vectors import Vector
 
 # Largest rotation in a continuous step [rad]: order 4 leaves errors of 1e-5 while searching, of 1e-9 at the end.
 SEARCHING, FINE = 0.2, 0.02
-# Of the shortest time in which a spring oscillates by a radian.
+# Of the shortest time in which a spring oscillates by a radian, while searching; finer with the root of the fineness.
 SPRING_STEP = 0.1
 # A force's strength that has no effect, but is not the 0 that would remove a term from the kernel.
 NO_STRENGTH = 1e-200
@@ -213,7 +213,7 @@ class ProgramModel:
             rows,
             dynamics,
             _events(self.impulses, self.application, delayed_gravity),
-            self._spring_rate() * fineness / SPRING_STEP,
+            self._spring_rate() * np.sqrt(fineness * SEARCHING) / SPRING_STEP,
             scheme,
             self.rounding,
         )

@@ -9,7 +9,8 @@ import numpy as np
 from tumble.scenarios.frames import Array
 
 NUMBER = re.compile(r"[+-]?(\d*)(?:\.(\d*))?(?:[eE]([+-]?\d{1,9}))?", re.ASCII)
-# Nine significant digits distinguish a single-precision number from its neighbours, and from most doubles.
+# Nine significant digits distinguish a single-precision number from its neighbours, and from most doubles; with eight
+# most doubles, and with seven some, are not the nearest to any.
 DECISIVE = 9
 # At least this many cells with equally many decimals were printed so; a shortest number ends in 0 one time in ten.
 FIXED = 30
@@ -24,9 +25,9 @@ ROUNDING, UNEVEN = 1e-8, 0.02
 class Digits(NamedTuple):
     """The print format of a column.
 
-    place: finest place of a last digit; figures: most significant digits; single: every cell is a single-precision
-    number as far as its digits show; is_decisive: some cell has enough digits to show it; fixed: all cells have equally
-    many decimals, as by %.4f, and not as many as a number needs.
+    place: finest place of a last digit, 0 of a constant; figures: most significant digits; single: every cell may be a
+    single-precision number as far as its digits show; is_decisive: some cell has enough digits to show that it is one;
+    fixed: all cells have equally many decimals, as by %.4f, and not as many as a number needs.
     """
 
     place: float = 0.0
@@ -65,8 +66,8 @@ def digits(cells: Iterable[str]) -> Digits:
         # A short number such as 169.3750000 is single precision by chance.
         if len((whole + part).strip("0")) >= DECISIVE:
             is_decisive = True
-            value = float(match[0])
-            single = single and abs(value - _single(value)) <= 0.501 * last
+        value = float(match[0])
+        single = single and abs(value - _single(value)) <= 0.501 * last
     if constant:
         return Digits(single=single)  # a constant shows no rounding
     # Printed with fixed decimals, as by %.4f, the number of significant digits follows the size.

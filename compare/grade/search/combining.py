@@ -57,10 +57,19 @@ class Combiner:
                 careful += self.with_one_more(start)
         return [*pairs, *sorted(careful, key=self._quick_weight)[:FINALISTS]]
 
+    def of_run_and_output(self) -> list[Mistakes]:
+        """Return the best pairs of a mistake in the run with one in the output, refined."""
+        rough = sorted(self._output_pairs(*self._run_and_output()), key=self._quick_weight)
+        return [self._fitter.refined(pair) for pair in rough[:FINALISTS]]
+
+    def _run_and_output(self) -> tuple[list[Hypothesis], list[Hypothesis]]:
+        """Return the hypotheses that change the run, without variants, and those that change its output alone."""
+        run = [h for h in self._evaluator.hypotheses if h.part not in OUTPUT_PARTS and not h.variant]
+        return run, [h for h in self._evaluator.hypotheses if h.part in OUTPUT_PARTS]
+
     def _all_pairs(self, alone: dict[Hypothesis, float]) -> list[Mistakes]:
         """Return the best pairs.  alone: the fitted value of each hypothesis by itself."""
-        physical = [h for h in self._evaluator.hypotheses if h.part not in OUTPUT_PARTS and not h.variant]
-        output = [h for h in self._evaluator.hypotheses if h.part in OUTPUT_PARTS]
+        physical, output = self._run_and_output()
         rough = list(self._physical_pairs(physical, alone))
         rough += [
             self._rough_pair(*pair, alone)

@@ -11,12 +11,7 @@ from math import log
 
 from tumble.compare.grade.hypotheses.engine_schemes import (
     DAMPING_FORMS,
-    DAMPING_PLACES,
-    GYROSCOPIC,
-    ROTATION,
-    ROW_SHIFTS,
     Damping,
-    EngineScheme,
     SteppedScheme,
 )
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistakes
@@ -24,9 +19,10 @@ from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses
 from tumble.compare.grade.model.kernel.dynamics import AFTER_FORCES, AS_FORCE, EXPONENTIALLY, LINEARLY
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.fitting import Fitter
+from tumble.compare.grade.search.scheme_search import LATE, Point, SchemeSearch
 
-# Schemes that are fitted, of all with their first rates; and of these, those whose damping is moved to other places.
-FITTED_VALUES, PLACED = 12, 2
+# Rough schemes that are improved, and of these, those that are explained.
+IMPROVED, PLACED = 2, 2
 # Shares of the duration over which rates are fitted before all of it.  Over a long run a slightly wrong rate leaves as
 # much as a very wrong one, since the attitude at the end is then arbitrary.
 GROWING = (1 / 8, 1 / 4, 1 / 2)
@@ -41,15 +37,20 @@ MOST_STEPS = 5_000
 class DampingSearch:
     """Fits the rates of linear and angular damping to the rows, in every scheme of an engine."""
 
-    def __init__(self, evaluator: Evaluator, fitter: Fitter, hypotheses: SchemeHypotheses) -> None:
-        self._evaluator, self._fitter, self._hypotheses = evaluator, fitter, hypotheses
+    def __init__(
+        self, evaluator: Evaluator, fitter: Fitter, hypotheses: SchemeHypotheses, schemes: SchemeSearch
+    ) -> None:
+        self._evaluator, self._fitter, self._hypotheses, self._schemes = evaluator, fitter, hypotheses, schemes
 
-    def explanations(self) -> list[Explanation]:
-        """Return the explanations by schemes with fitted damping, best first; empty if every run has too many steps."""
-        begun = sorted(self._begun(), key=self._weight)[:FITTED_VALUES]
-        fitted = sorted((each for one in begun for each in self._fitted(one)), key=self._weight)[:PLACED]
-        placed = [each for one in fitted for other in _with_other_places(one) for each in self._fitted(other)]
-        best = sorted((*fitted, *placed), key=self._weight)[:PLACED]
+    def explanations(self, weight: float) -> list[Explanation]:
+        """Return the explanations by schemes with fitted damping, best first.
+
+        Rough schemes that do not even fit as well as something else, whose weight is given, are not improved.
+        """
+        begun = sorted((one for one in self._begun() if self._weight(one) < weight), key=self._weight)[:IMPROVED]
+        improved = [point.stepped for one in begun if (point := self._schemes.improved(Point((), one))).stepped]
+        fitted = [each for one in improved for each in self._fitted(one)]
+        best = sorted(fitted, key=self._weight)[:PLACED]
         found = [self._evaluator.explain(self._mistakes(one)) for one in best]
         if found and found[0].within_floor:
             found = [self._in_few_digits(best[0], found[0])]
@@ -78,16 +79,16 @@ class DampingSearch:
         return explanation
 
     def _begun(self) -> Iterator[SteppedScheme]:
-        """Yield every scheme with the rates that fit its kind, with rows on time, late and early."""
+        """Yield rough schemes with the rates that fit them."""
         context = self._evaluator.context
-        steps = [step for step in context.parts if context.duration <= MOST_STEPS * step]
-        as_force = (False, True) if context.program.impulses else (False,)
         damping = Damping(1 / context.duration, 1 / context.duration, place=AFTER_FORCES, form=LINEARLY)
-        for late, kind, step in product(ROW_SHIFTS, ("none", "explicit"), steps):
-            first = self._first_fit(SteppedScheme(EngineScheme("", kind, "exponential", damping), step, late))
-            names = [name for name in GYROSCOPIC if (name == "none") == (kind == "none")]
-            for name, rotation, force in product(names, ROTATION, as_force):
-                yield SteppedScheme(replace(first.scheme, gyroscopic=name, rotation=rotation), step, late, force)
+        early = self._fitters[0]
+        for stepped in self._schemes.rough:
+            if context.duration <= MOST_STEPS * stepped.step:
+                # The first rows show how late they are; without that no rate fits.
+                shifted = (replace(stepped, late=late) for late in LATE)
+                late = min(shifted, key=lambda each: early.quick_weight(self._hypotheses.mistakes(each)))
+                yield self._first_fit(_with_damping(late, damping))
 
     @cached_property
     def _fitters(self) -> list[Fitter]:
@@ -131,15 +132,6 @@ def _with_rates(stepped: SteppedScheme, mistakes: Mistakes) -> SteppedScheme:
     rates = {mistake.hypothesis.part: mistake.value for mistake in mistakes}
     linear, angular = rates.get("linear damping", 0.0), rates.get("angular damping", 0.0)
     return _with_damping(stepped, replace(stepped.scheme.damping, linear=linear, angular=angular))
-
-
-def _with_other_places(stepped: SteppedScheme) -> Iterator[SteppedScheme]:
-    """Yield a scheme with its damping at every other place of the step; a wrong place masks the rotation scheme."""
-    damping = stepped.scheme.damping
-    for place, rotation in product(DAMPING_PLACES, ROTATION):
-        if place != damping.place:
-            other = _with_damping(stepped, replace(damping, place=place))
-            yield replace(other, scheme=replace(other.scheme, rotation=rotation))
 
 
 def as_rate(linear: float, step: float, form: int) -> float:

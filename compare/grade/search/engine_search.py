@@ -14,11 +14,15 @@ from tumble.compare.grade.hypotheses.engine_schemes import (
     scheme_combinations,
 )
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes
+from tumble.compare.grade.hypotheses.hypothesis import NEAR
 from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses
 from tumble.compare.grade.search.damping_search import DampingSearch
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.fitting import Fitter
+from tumble.compare.grade.search.scheme_search import SchemeSearch
 
+# Steps in a row interval that are tried first.
+MOST_OF_A_ROW = 4
 # Schemes that are explained in full, of those with the least weights.
 FINALISTS = 3
 # Residuals within the floor, an upper bound of rounding: one is larger if it is this many times another, but not if it
@@ -31,14 +35,23 @@ class EngineSearch:
 
     def __init__(self, evaluator: Evaluator, fitter: Fitter, engines: Sequence[EngineScheme] = ENGINES) -> None:
         self._evaluator, self._hypotheses, self._engines = evaluator, SchemeHypotheses(evaluator.context), engines
-        self._damping_search = DampingSearch(evaluator, fitter, self._hypotheses)
+        self.schemes = SchemeSearch(evaluator, fitter, self._hypotheses)
+        self._damping_search = DampingSearch(evaluator, fitter, self._hypotheses, self.schemes)
 
-    def defaults(self) -> tuple[list[Explanation], tuple[str, ...]]:
+    def defaults(self, short: bool) -> tuple[list[Explanation], tuple[str, ...]]:
         """Return the best explanations by an engine's defaults, best first, and the engines that fit if one is whole.
 
-        Both are empty if rows are so dense that no engine's step between them can be simulated.
+        Both are empty if rows are so dense that no engine's step between them can be simulated.  short: with steps of
+        which more than a few are in a row interval, which takes long; otherwise with longer ones.
         """
-        found = self._closest(engine_runs(self._evaluator.context, self._engines))
+        context = self._evaluator.context
+        shortest = context.spacing_s / MOST_OF_A_ROW * (1 - NEAR)
+        runs = engine_runs(context, self._engines)
+        own = [one for one in runs if (one.step * one.scheme.substeps < shortest) == short]
+        found = self._closest(one for one in own if not one.late and not one.impulse_as_force)
+        if not (found and found[0][1].within_floor):  # what is late, early or a force comes after what is none of these
+            found += self._closest(one for one in own if one.late or one.impulse_as_force)
+            found = sorted(found, key=lambda one: one[1].weight)[:FINALISTS]
         if found and found[0][1].within_floor:
             stepped, best = found[0]
             return [self._simplified(best)], tuple(self._fitting_engines(stepped, best))
@@ -47,13 +60,14 @@ class EngineSearch:
     def combined(self) -> list[Explanation]:
         """Return the best explanations by parts of several engines, best first."""
         runs = scheme_combinations(self._evaluator.context, self._engines)
-        return self._simplified_if_whole([explanation for _, explanation in self._closest(runs)])
+        return self.simplified_if_whole([explanation for _, explanation in self._closest(runs)])
 
-    def damped(self) -> list[Explanation]:
-        """Return the best explanations by schemes with fitted damping, best first."""
-        return self._simplified_if_whole(self._damping_search.explanations())
+    def damped(self, weight: float) -> list[Explanation]:
+        """Return the best explanations by schemes with fitted damping, best first; weight: of another explanation."""
+        return self.simplified_if_whole(self._damping_search.explanations(weight))
 
-    def _simplified_if_whole(self, found: list[Explanation]) -> list[Explanation]:
+    def simplified_if_whole(self, found: list[Explanation]) -> list[Explanation]:
+        """Return explanations, best first; if the best is whole, only that, without what has no effect."""
         return [self._simplified(found[0])] if found and found[0].within_floor else found
 
     def _closest(self, runs: Iterable[SteppedScheme]) -> list[tuple[SteppedScheme, Explanation]]:
@@ -78,7 +92,8 @@ class EngineSearch:
 
     def _without_details(self, best: Explanation) -> Explanation:
         """Return an explanation without the details of its step that all other steps fit as well."""
-        place = next((n for n, mistake in enumerate(best.mistakes) if mistake.hypothesis.part == "steps"), None)
+        of_step = (n for n, m in enumerate(best.mistakes) if m.hypothesis.part == "steps" and m.hypothesis.details)
+        place = next(of_step, None)
         if place is None:
             return best
         details = dict(best.mistakes[place].hypothesis.details)

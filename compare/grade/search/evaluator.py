@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from time import thread_time
 
 import numpy as np
 
@@ -9,7 +10,13 @@ from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mi
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.hypotheses.mistakes.output import OUTPUT_PARTS
 from tumble.compare.grade.measure.errors import SampledRows, golden_subsample
-from tumble.compare.grade.measure.significance import ResidualScale, autocorrelation, choice_cost, root_mean_square
+from tumble.compare.grade.measure.significance import (
+    ResidualScale,
+    autocorrelation,
+    choice_cost,
+    is_even,
+    root_mean_square,
+)
 from tumble.compare.grade.measure.single_precision import single_floor
 from tumble.compare.grade.model.kernel.dynamics import RUNGE_KUTTA, SMOOTH
 from tumble.compare.grade.model.program_model import FINE, RIGHT_CLOCK, SEARCHING, Pose, ProgramModel
@@ -21,10 +28,16 @@ FITTED_ROWS, QUICK_ROWS = 96, 24
 ENOUGH = 60_000_000
 # Radians in a step of a quick look if more than this share of the body's size is to be explained.
 COARSE, LARGE = 0.4, 0.02
+# A residual that is not finite counts as this many times the body's size.
+DIVERGED = 1e6
 # A run costs at least this many steps, and at most this many are counted.
 STARTED, MOST_COUNTED = 1000, 100_000
 # States of a run among which the nearest to a row is sought: this many in a radian of rotation, and at most.
 IN_A_RADIAN, MOST_STATES = 10, 2000
+
+
+class SearchStopped(Exception):
+    """The search has used its processor time."""
 
 
 class Evaluator:
@@ -32,7 +45,8 @@ class Evaluator:
 
     rows: the sample; fitted_rows: those that fits use; quick_rows: those that a quick look uses; hypotheses: in the
     order in which a program makes the mistakes; trials: number of simulated programs; simulated_steps: steps that
-    they took, without those whose output alone was changed; on_progress: called with the share of ENOUGH steps.
+    they took, without those whose output alone was changed; stops_at: processor time of the thread at which the search
+    stops [s]; on_progress: called with the share of ENOUGH steps.
     """
 
     def __init__(
@@ -49,6 +63,7 @@ class Evaluator:
         self.context, self.hypotheses, self.scale = context, list(hypotheses), scale
         self.trials, self.simulated_steps, self._on_progress = 0, 0, on_progress
         self.rows, self._single = sample, single
+        self.stops_at = np.inf
         fitted = golden_subsample(len(sample), FITTED_ROWS)
         self.fitted_rows = sample.some(fitted)
         quick = np.unique(np.linspace(0, len(self.fitted_rows) - 1, QUICK_ROWS).round().astype(int))
@@ -67,7 +82,9 @@ class Evaluator:
         """Return an evaluator for the rows of the first share of the duration."""
         early = self.rows.times <= share * self._duration
         scale = replace(self.scale, floors_m=self.scale.floors_m[early])
-        return Evaluator(self.context, self.hypotheses, self.rows.some(early), self._points, scale, self._single)
+        evaluator = Evaluator(self.context, self.hypotheses, self.rows.some(early), self._points, scale, self._single)
+        evaluator.stops_at = self.stops_at
+        return evaluator
 
     def aim_at(self, residual_m: float) -> None:
         """Simulate quick looks as finely as it takes to explain a residual [m]."""
@@ -76,9 +93,9 @@ class Evaluator:
             self._quick_fineness = fineness
             self._poses.clear()
 
-    def is_spent(self, share: float = 1.0) -> bool:
-        """Whether a share of the ENOUGH steps of a search has been simulated."""
-        return self.simulated_steps > share * ENOUGH
+    def is_spent(self, share: float = 1.0, begun: int = 0) -> bool:
+        """Whether a share of the ENOUGH steps of a search has been simulated; begun: steps that do not count."""
+        return self.simulated_steps - begun > share * ENOUGH
 
     def explain(self, mistakes: Mistakes) -> Explanation:
         """Return what mistakes leave of all rows, finely simulated."""
@@ -96,7 +113,9 @@ class Evaluator:
             rms_m=rms_m,
             max_m=max_m,
             within_floor=within_floor,
-            is_noise=not within_floor and self.scale.is_noise(rms_m, max_m, correlation, len(errors) - 1),
+            is_noise=not within_floor
+            and self.scale.is_noise(rms_m, max_m, correlation, len(errors) - 1)
+            and is_even(errors),
             weight=self.scale.weight(root_mean_square(self.scale.weighted(errors)), self.cost(mistakes)),
             weighted_rms_m=weighted_rms_m,
         )
@@ -123,12 +142,17 @@ class Evaluator:
 
     def log_residual(self, mistakes: Mistakes, fineness: float = SEARCHING) -> float:
         """Return the logarithm of the weighted residual of the fitted rows."""
+        with np.errstate(all="ignore"):
+            rms_m = root_mean_square(self.residuals(mistakes, fineness)) * self.scale.size_m
+            return float(np.log(rms_m + 1e-3 * self.scale.floor_m))
+
+    def residuals(self, mistakes: Mistakes, fineness: float = SEARCHING) -> Array:
+        """Return the weighted residuals of the fitted rows over the body's size, a flat array; large if not finite."""
         self.trials += 1
         errors = self._errors(self._output(self.program_with(mistakes), self.fitted_rows, fineness), self.fitted_rows)
-        errors = errors * self._trust
         with np.errstate(all="ignore"):
-            residual = float(np.log(root_mean_square(errors) + 1e-3 * self.scale.floor_m))
-        return residual if np.isfinite(residual) else np.inf
+            found = (errors * self._trust).ravel() / self.scale.size_m
+        return np.nan_to_num(found, nan=DIVERGED, posinf=DIVERGED, neginf=-DIVERGED)
 
     def quick_weights(self, stack: Pose) -> Array:
         """Return the weights, without the cost of assumptions, of several runs one after the other, (n,)."""
@@ -148,7 +172,9 @@ class Evaluator:
         return pose
 
     def _output(self, program: ProgramModel, rows: SampledRows, fineness: float) -> Pose:
-        """Return the output of a program at rows, and count the steps that its run takes."""
+        """Return the output of a program at rows, and count the steps that its run takes.  Raises SearchStopped."""
+        if thread_time() > self.stops_at:
+            raise SearchStopped
         scheme, smooth = program.scheme, program.scheme.attitude == SMOOTH
         count = self._duration / (fineness * self._turn_s if smooth else scheme.step)
         stages = 4 if smooth or scheme.attitude == RUNGE_KUTTA else 1

@@ -13,8 +13,9 @@ from tumble.scenarios.frames import Array
 
 # Rounds of fitting one value after the other, if there are two.
 ROUNDS = 2
-# A descent is restarted while it halves the residual, and at most this often.
-MOST_DESCENTS, ENOUGH_GAINED = 4, 0.7
+# Of a joint fit: the difference quotient's step, over a first step; trials for each value; and the relative change of
+# the residual at which it ends.
+DIFFERENCE, MOST_TRIALS, CONVERGED = 1e-2, 30, 1e-6
 # Relative accuracy of an estimated value.
 ESTIMATED = 1e-4
 
@@ -23,7 +24,7 @@ class Fitter:
     """Finds the values with which mistakes leave least."""
 
     def __init__(self, evaluator: Evaluator) -> None:
-        self._evaluator = evaluator
+        self._evaluator, self.quick_weight = evaluator, evaluator.quick_weight
 
     def tuned(self, hypotheses: Sequence[Hypothesis]) -> Mistakes:
         """Return hypotheses with the best of their first values, then refined one by one."""
@@ -96,7 +97,7 @@ class Fitter:
         return mistakes
 
     def descended(self, mistakes: Mistakes, fitted: Sequence[Hypothesis], fineness: float = SEARCHING) -> Mistakes:
-        """Return mistakes with fitted values at their joint minimum, by the method of Nelder and Mead."""
+        """Return mistakes with fitted values at their joint minimum, by the method of Levenberg and Marquardt."""
         at = np.array([value_of(mistakes, hypothesis) for hypothesis in fitted])
         unit = np.array([_first_step(value, hypothesis) for value, hypothesis in zip(at, fitted, strict=True)])
 
@@ -106,22 +107,24 @@ class Fitter:
                 changed = with_value(changed, hypothesis, float(np.clip(value, *hypothesis.bounds)))
             return changed
 
-        def residual(steps: Array) -> float:
-            return self._evaluator.log_residual(tried(steps), fineness)
+        def residuals(shifted: Array) -> Array:
+            return self._evaluator.residuals(tried(shifted - 1.0), fineness)
 
-        from scipy.optimize import minimize
+        from scipy.optimize import least_squares
 
-        options = {"xatol": 1e-7, "fatol": 1e-9, "maxfev": 60 * len(fitted)}
-        least, steps = self._evaluator.log_residual(mistakes, fineness), np.zeros(len(at))
-        for _ in range(MOST_DESCENTS):
-            with np.errstate(all="ignore"):
-                found = minimize(residual, steps, method="Nelder-Mead", options=options)
-            if not found.fun < least:
-                break
-            gained, least, steps = least - found.fun, found.fun, found.x
-            if gained <= ENOUGH_GAINED:
-                break
-        return tried(steps) if steps.any() else mistakes
+        with np.errstate(all="ignore"):
+            # Values are shifted by 1, since the difference quotient's step is relative.
+            found = least_squares(
+                residuals,
+                np.ones(len(at)),
+                method="lm",
+                diff_step=DIFFERENCE,
+                ftol=CONVERGED,
+                xtol=CONVERGED,
+                max_nfev=MOST_TRIALS * len(fitted),
+            )
+        best = tried(found.x - 1.0)
+        return min(mistakes, best, key=lambda each: self._evaluator.log_residual(each, fineness))
 
     def _estimate(self, mistakes: Mistakes, hypothesis: Hypothesis, rows: SampledRows) -> float:
         """Return the value of a hypothesis about the clock, estimated from a run with the other mistakes."""

@@ -29,6 +29,15 @@ def test_numbers_of_single_precision_are_told_from_doubles():
     assert not digits([f"{value:.9g}" for value in values]).single
 
 
+def test_fewer_than_nine_digits_refute_single_precision_but_do_not_show_it():
+    values = np.random.default_rng(1).normal(size=30)
+    six, eight = (digits([f"{value:.{figures}g}" for value in values]) for figures in (6, 8))
+    assert (six.single, six.is_decisive) == (True, False)
+    assert not eight.single
+    singles = digits([f"{value:.8g}" for value in values.astype(np.float32).astype(float)])
+    assert (singles.single, singles.is_decisive) == (True, False)
+
+
 def test_zeros_at_the_end_do_not_tell_single_precision():
     short = digits([f"{value:.7f}" for value in 100 * (8 * np.linspace(0, 10, 41) - 4.9 * np.linspace(0, 10, 41) ** 2)])
     assert not short.is_decisive

@@ -58,6 +58,7 @@ CASES = {
     "MuJoCo 3.7 to 3.10 (implicitfast)": (Replica(1 / 60, midpoint, mean=True), {}),
     "Rapier": (Replica(1 / 240, rescaled, "first order", substeps=4, number=SINGLE), {"every": 4}),
     "Jolt": (Replica(1 / 60, none, damps=jolt, cap=15 * np.pi, number=SINGLE), {"spin": FAST, "duration": 0.5}),
+    "a loop with Pinocchio's integrate": (Replica(1 / 60, screw=True), {}),
 }
 
 

@@ -2,6 +2,7 @@
 
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from tumble.compare.grade.hypotheses.explanation import Mistake, value_of
@@ -23,10 +24,13 @@ class Valley:
     def __init__(self, least=1e-9):
         self.least = least
 
-    def log_residual(self, mistakes, *_):
+    def residuals(self, mistakes, *_):
         values = {mistake.hypothesis.name: mistake.value for mistake in mistakes}
         size, time = values.get("size", 1.1) - 1.1, values.get("time", 0.3) - 0.3
-        return self.least + (size + time) ** 2 + 3.0 * (size - 0.5 * time) ** 2
+        return np.array([self.least, size + time, np.sqrt(3.0) * (size - 0.5 * time)])
+
+    def log_residual(self, mistakes, *_):
+        return float(np.square(self.residuals(mistakes)).sum())
 
     quick_weight = log_residual
 

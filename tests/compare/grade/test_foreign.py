@@ -443,8 +443,11 @@ def test_tables_are_written_all_or_none(tumble, right, tmp_path):
             assert len(done.stderr.splitlines()) == 1
         return done.returncode
 
-    # A file may grow to 1000 bytes only: the last table cannot be written.
-    full = {"preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))}
+    # A file may grow to 1000 bytes only: the last table cannot be written; a module's bytecode would be cut off there.
+    full = {
+        "preexec_fn": lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)),
+        "env": os.environ | {"PYTHONDONTWRITEBYTECODE": "1"},
+    }
     assert graded("bad.csv") == 2
     assert not tables.exists()
     assert graded("good.csv", **full) == 2

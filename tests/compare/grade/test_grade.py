@@ -86,7 +86,12 @@ def test_table_4_1_names_its_three_mistakes(capsys, tmp_path):
         {"t_s": repr(float(t)), **{f"v{VERTEX}{axis}_m": repr(float(c)) for axis, c in zip("xyz", place, strict=True)}}
         for t, place in zip(table.clock, table.calculated, strict=True)
     ]
-    _, out, _ = grade(capsys, write(tmp_path / "calculated.csv", rows), "--scene", "table-4-1")
+    _, out, _ = grade(capsys, write(tmp_path / "calculated.csv", rows), "--scene", "table-4-1", "--search", "30")
+    assert "The search stopped" not in out
+    _, stopped, _ = grade(capsys, str(tmp_path / "calculated.csv"), "--scene", "table-4-1", "--search", "0.0001")
+    assert "The search stopped after 0.0001 s of processor time; --search 0.001 makes it longer." in " ".join(
+        stopped.split()
+    )
     first = "\n".join(named(out).splitlines()[:4])
     assert "vertex not relative to the centre of mass" in first
     assert "impulse applied as a permanent force" in first

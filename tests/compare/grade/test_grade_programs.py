@@ -239,7 +239,7 @@ def graded(tmp_path):
             path = tmp_path / f"{scene}.toml"
             path.write_text(OWN[scene])
         file = write(tmp_path / "program.csv", fly(path, program), read(path).vertices, **written)
-        return grade(Path(file), read_scene(str(path)), {})
+        return grade(Path(file), read_scene(str(path)), {}, search_s=30.0)
 
     return run
 

@@ -9,6 +9,7 @@ from tumble.compare.grade.measure.significance import (
     autocorrelation,
     choice_cost,
     independent,
+    is_even,
     root_mean_square,
 )
 
@@ -62,3 +63,9 @@ def test_a_row_that_is_known_well_counts_for_more():
 
 def test_a_pose_is_six_numbers_however_many_vertices_show_it():
     assert (independent(10, 1), independent(10, 8)) == (30, 60)
+
+
+def test_noise_is_as_large_in_every_part_of_a_file_and_what_begins_later_is_not():
+    noise = np.random.default_rng(4).normal(size=(40, 8, 3))
+    assert is_even(noise)
+    assert not is_even(np.where(np.arange(40)[:, None, None] < 12, 1e-3, 1.0) * noise)

@@ -84,7 +84,7 @@ def _gravity(context: Context) -> Iterator[Hypothesis]:
         "gravity",
         "gravity {} times its value",
         lambda program, factor: replace(program, gravity=factor * gravity),
-        grid(0.5, 1.6, 9),
+        (*grid(1e-3, 0.25, 6), *grid(0.5, 1.6, 9), 2.5, 5.0, 20.0),
         named_values={other / size: name for other, name in SIZES.items() if other != size},
     )
     yield _gravity_delayed(context)

@@ -33,8 +33,7 @@ OUTPUT_PARTS = frozenset(
 
 def output(context: Context) -> Iterator[Hypothesis]:
     """Yield mistakes in the output of a correct run; first those that need the quaternion itself."""
-    if context.kind == "pose":
-        yield from _quaternion_orders()
+    yield from _quaternion_orders()
     yield Hypothesis(
         "attitude-inverted",
         "conjugate",

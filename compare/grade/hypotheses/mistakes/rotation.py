@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import permutations
+from itertools import permutations, product
 
 import numpy as np
 
@@ -55,17 +55,26 @@ def _inertia_size() -> Iterator[Hypothesis]:
 
 
 def _attitude_rate() -> Iterator[Hypothesis]:
-    """Yield a wrong factor between the angular velocity and the rate of the attitude."""
-    for name, text, factor in (
-        ("quaternion-rate-doubled", "attitude rotated twice as fast: q' = w q without the factor 1/2", 2.0),
-        ("quaternion-rate-halved", "attitude rotated half as fast: q' = w q / 4", 0.5),
+    """Yield a wrong factor between the angular velocity and the rate of the attitude.
+
+    Results differ if the program stores L, which then turns in the body at the wrong rate, too.
+    """
+    for (name, text, factor), (stored, keeps_momentum) in product(
+        (
+            ("quaternion-rate-doubled", "attitude rotated twice as fast: q' = w q without the factor 1/2", 2.0),
+            ("quaternion-rate-halved", "attitude rotated half as fast: q' = w q / 4", 0.5),
+        ),
+        (("", False), (" (angular momentum stored)", True)),
     ):
         yield Hypothesis(
             name,
             "turning",
-            text,
-            lambda program, _, factor=factor: replace(program, attitude_rate_factor=factor),
+            text + stored,
+            lambda program, _, factor=factor, gyroscopic=factor if keeps_momentum else 1.0: replace(
+                program, attitude_rate_factor=factor, gyroscopic=gyroscopic * program.gyroscopic
+            ),
             rare=True,
+            variant=keeps_momentum,
         )
 
 

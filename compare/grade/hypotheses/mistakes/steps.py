@@ -6,12 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice, grid
-from tumble.compare.grade.hypotheses.names import SYMPLECTIC_EULER
+from tumble.compare.grade.hypotheses.names import SYMPLECTIC_EULER, VELOCITY_IN_BODY_AXES
 from tumble.compare.grade.model.kernel.dynamics import (
+    ALONG_SCREW,
     EXPLICIT,
     EXPONENTIAL,
     HEUN,
     IMPLICIT,
+    IN_BODY_AXES,
     IN_WORLD,
     MATRIX,
     MOMENTUM,
@@ -38,6 +40,10 @@ METHODS = {
     "runge-kutta-3": ("Runge-Kutta of order 3", ORDER_3), "runge-kutta-4": ("Runge-Kutta of order 4", ORDER_4),
 }  # fmt: skip
 WORLD_AXES = ", w in world axes"
+VELOCITY_AXES = {
+    ALONG_SCREW: ("screw", "and the body moved along a screw"),
+    IN_BODY_AXES: ("straight", "and the centre moved straight"),
+}
 BODY, CONSERVED, IMPLICITLY = ", w in body axes", ", angular momentum stored", ", implicit gyroscopic term"
 EXACT, FIRST_ORDER = ", attitude updated by exact rotations", ", quaternion updated to first order"
 
@@ -95,6 +101,7 @@ def steps(context: Context) -> Iterator[Hypothesis]:
         rare=True,
     )
     yield from _position_updates(context)
+    yield from velocity_axes(context)
 
 
 def _euler(
@@ -130,6 +137,26 @@ def _euler(
 def _longest(context: Context) -> float:
     """Return the longest step that is tried [s], at most the row interval."""
     return min(0.1 * context.duration, 0.5 * context.turn_s, context.spacing_s)
+
+
+def velocity_axes(context: Context) -> Iterator[Hypothesis]:
+    """Yield velocities of the centre that are stored in body axes, if it moves."""
+    still = not context.program.start[7:10].any() and not context.program.gravity.any() and context.scene.is_free
+    if still and not context.program.impulses:
+        return
+    yield from map(velocity_in_body_axes, (ALONG_SCREW, IN_BODY_AXES))
+
+
+def velocity_in_body_axes(axes: int) -> Hypothesis:
+    """Return that the velocity of the centre is stored in body axes, in steps of Euler's methods."""
+    moves, text = VELOCITY_AXES[axes]
+    return Hypothesis(
+        VELOCITY_IN_BODY_AXES,
+        "velocity axes",
+        f"velocity of the centre stored in body axes, with -w x v by a step, {text}",
+        lambda program, _: replace(program, scheme=program.scheme._replace(velocity_axes=axes)),
+        details=(("moves", moves),),
+    )
 
 
 def _position_updates(context: Context) -> Iterator[Hypothesis]:

@@ -41,6 +41,9 @@ AS_FORCE, AFTER_FORCES, LAST, BEFORE_FORCES = 0, 1, 2, 3
 LINEARLY, EXPONENTIALLY, IMPLICITLY = 0, 1, 2
 # Inertia tensor: R I R^T; I; R0 I R0^T; R^T I R.  For impulses also R I, if the torque is taken in body axes.
 TURNED, NEVER_TURNED, FROZEN, TURNED_BACK, TORQUE_UNTURNED = 0, 1, 2, 3, 4
+# Velocity of the centre that is stored: in world axes; in body axes, with -w x v from the step's start; the same, and x
+# moves along the screw of w and v, as on SE(3).
+IN_WORLD_AXES, IN_BODY_AXES, ALONG_SCREW = 0, 1, 2
 # Precision of the stored state: double; rounded to single; biased by as much as rounding can be.
 DOUBLE, ROUNDED, BIASED = 0, 1, 2
 
@@ -80,7 +83,7 @@ class Scheme(NamedTuple):
 
     symplectic: w is stepped first and rotates the attitude; position_weight: of the new velocity in the update of x,
     0 to 1; normalise_every: steps between normalisations of q, 0 for never; idle_steps: steps before gravity acts;
-    precision: of the stored state.
+    precision: of the stored state; velocity_axes: of the stored velocity of the centre.
     """
 
     step: float
@@ -91,6 +94,7 @@ class Scheme(NamedTuple):
     normalise_every: int = 1
     idle_steps: int = 0
     precision: int = DOUBLE
+    velocity_axes: int = IN_WORLD_AXES
 
 
 class Push(NamedTuple):

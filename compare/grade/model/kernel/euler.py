@@ -6,10 +6,12 @@ import numpy as np
 
 from tumble.compare.grade.model.kernel.dynamics import (
     AFTER_FORCES,
+    ALONG_SCREW,
     AS_FORCE,
     BEFORE_FORCES,
     BIASED,
     EXPONENTIAL,
+    IN_WORLD_AXES,
     LAST,
     MIDPOINT,
     MOMENTUM,
@@ -37,6 +39,8 @@ from tumble.solver.quaternion import (
 from tumble.solver.vectors import Vector, add, cross, dot, scale
 
 HALF_SINGLE = 2.0**-24
+# Square of a rotation in a step [rad] below which its second order is rounding.
+SMALL_SQUARE = 1e-16
 
 
 @inner
@@ -56,6 +60,17 @@ def _turned(q: Quaternion, turn: Vector, attitude: int) -> tuple[Quaternion, flo
 
 
 @inner
+def _along_screw(v: Vector, turn: Vector) -> Vector:
+    """Return the mean of a velocity that is rotated by a vector [rad] in a step (the left Jacobian of SO(3))."""
+    square = dot(turn, turn)
+    if square < SMALL_SQUARE:
+        return add(v, scale(0.5, cross(turn, v)))
+    angle, across = math.sqrt(square), cross(turn, v)
+    mean = add(v, scale((1.0 - math.cos(angle)) / square, across))
+    return add(mean, scale((angle - math.sin(angle)) / (square * angle), cross(turn, across)))
+
+
+@inner
 def euler_step(
     motion: Motion, dt: float, dynamics: Dynamics, push: Push, scheme: Scheme, falls: bool
 ) -> tuple[Motion, float]:
@@ -72,16 +87,23 @@ def euler_step(
         AFTER_FORCES,
     ):  # engines that damp so limit velocities when they are set or damped
         old_v, old_w = capped(old_v, dynamics.caps[0]), capped(old_w, dynamics.caps[1])
+    if scheme.velocity_axes != IN_WORLD_AXES:
+        a = add(a, cross(old_v, rotate(motion.q, old_w)))
     v, w = add(old_v, scale(dt, a)), spun(motion, old_w, dt, dynamics, alpha, scheme.spin)
     if dynamics.damping_place == AS_FORCE:
         v, w = damped(v, w, dt, motion.v, motion.w_body, motion.q, dynamics)
     elif dynamics.damping_place == AFTER_FORCES:
         v, w = decayed(v, w, dt, motion.q, dynamics)
     v, w = capped(v, dynamics.caps[0]), capped(w, dynamics.caps[1])
-    x = add(motion.x, scale(dt, add(motion.v, scale(scheme.position_weight, add(v, scale(-1.0, motion.v))))))
+    moves = add(motion.v, scale(scheme.position_weight, add(v, scale(-1.0, motion.v))))
     mean = scale(0.5, add(motion.w_body, w)) if scheme.spin == MIDPOINT else w
     turn = scale(dt, attitude_rate(motion.q, mean, dynamics) if scheme.symplectic else turns)
+    if scheme.velocity_axes == ALONG_SCREW:
+        moves = _along_screw(moves, rotate(motion.q, turn))
+    x = add(motion.x, scale(dt, moves))
     q, growth = _turned(motion.q, turn, scheme.attitude)
+    if scheme.velocity_axes != IN_WORLD_AXES:
+        v = rotate(q, rotate_back(motion.q, v))
     if scheme.spin == MOMENTUM:
         w = carried(motion.q, q, w, dynamics)
     elif scheme.spin == WORLD:

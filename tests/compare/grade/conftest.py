@@ -1,0 +1,16 @@
+"""The clock by which a search stops is slow here: an answer must not depend on how busy the machine is."""
+
+from time import thread_time
+
+import pytest
+
+from tumble.compare.grade.search import diagnosis, evaluator
+
+SLOWER = 20
+
+
+@pytest.fixture(autouse=True)
+def slow_clock(monkeypatch):
+    """Count a twentieth of the processor time, in the search and in its limit."""
+    for module in (diagnosis, evaluator):
+        monkeypatch.setattr(module, "thread_time", lambda: thread_time() / SLOWER)
