@@ -34,8 +34,8 @@ NOTHING_SEEN = "no contact to grade"
 FEWEST, OF_SHIFT, OF_SIZE = 3, 0.01, 1e-5
 # What the scene's law may leave without a look at other laws [units].
 SUSPECT = 0.2
-# What a mistake may leave at most of the misses of a law that nearly fits.
-MUCH_LESS = 0.25
+# What mistakes may leave at most of the misses of a law that nearly fits: with fitted values, and without.
+MUCH_LESS, LESS = 0.25, 0.6
 # A first-order program is off by half a step of what it has gained; a file may be by this many.
 STEP_OFF = 0.6
 # Mistakes of this name must be visible in a file that is called right.
@@ -150,7 +150,9 @@ class ContactGrade:
         """Whether the best explanation leaves much less than the scene's law does."""
         best, null = self.search.explanations[0], self.search.null
         # In units that no law changes: viscous friction hides its step, and so has wide ones.
-        return self.search.is_supported(best) and max(best.apart) < MUCH_LESS * max(null.apart)
+        return self.search.is_supported(best) and max(best.apart) < (MUCH_LESS if best.rank[1] else LESS) * max(
+            null.apart
+        )
 
     @cached_property
     def by_step(self) -> ContactMistake | None:

@@ -96,6 +96,7 @@ class Impact:
     single : whether one corner meets the plane alone
     chain : how long after it other corners may have met the plane before the first row that follows [s]; 0 if by the
         right law none does. Of a chain, `time` and `before` are of the first touch, v and w of the flight after it
+    lasts : time between the flight before it and what follows [s]
     """
 
     time: float
@@ -109,6 +110,7 @@ class Impact:
     sigma_w: float
     single: bool
     chain: float = 0.0
+    lasts: float = 0.0
 
     @cached_property
     def approach(self) -> float:
@@ -319,7 +321,10 @@ def impacts_of(
     every = sorted((*flights, *lasting), key=lambda one: one.first)
     for one, other in itertools.pairwise(every):
         apart = rows.times[other.first] - rows.times[one.last]
-        if isinstance(one, Flight) and apart <= GAP * rows.spacing_s * 1.01:
+        between = rows.low[one.last + 1 : other.first]
+        # A contact that yields may last many rows, in which a ball does not rise above the plane.
+        yields = bool(scene.body.radius) and len(between) and between.max() <= HOP * scene.body.reach
+        if isinstance(one, Flight) and (apart <= GAP * rows.spacing_s * 1.01 or yields):
             found = chain_of(rows, scene, pull, one, other) or impact_of(rows, scene, pull, one, other)
             # Of a body with corners, two may have met the plane between rows that are further apart.
             if found is not None and (scene.body.radius or found.chain or apart <= rows.spacing_s * 1.01):
@@ -337,7 +342,8 @@ def chain_of(rows: Rows, scene: Scene, pull: Array, one: Flight, other: "Flight 
         return None
     w, sigma = spin_near(rows, scene, one.last, -1, one.first, time)
     axes = axes_at(rows, scene, one.last, w, time)
-    lever, single = lowest_point(axes, scene)
+    lever, second = lowest_point(axes, scene)
+    single = second > LEVEL * scene.body.reach
     before = Approach(one.at(time, pull)[1], w, axes, lever, 0.0)
     answer = after_impacts(scene.body, before, right_law(scene.plane), pull, end - time)
     if answer is None or answer[2] < 2:
@@ -372,18 +378,23 @@ def impact_of(rows: Rows, scene: Scene, pull: Array, one: Flight, other: "Flight
     x, v_before = one.at(time, pull)
     w_before, sigma = spin_near(rows, scene, one.last, -1, one.first, time)
     axes = axes_at(rows, scene, one.last, w_before, time)
-    lever, single = lowest_point(axes, scene)
+    lever, second = lowest_point(axes, scene)
     height = float(x[2] + lever[2])
+    # A program that finds the contact as deep as another corner is above it may solve both at once.
+    single = second > LEVEL * scene.body.reach + max(0.0, -height)
     if isinstance(other, Flight):
         gap = height
         if surface is None:
             late = max(0.0, height) / max(-float((v_before + np.cross(w_before, lever))[2]), 1e-12)
+    lasts = float(rows.times[other.first] - rows.times[one.last])
     fall, rise = (-float((v_before + np.cross(w_before, lever))[2]), float((v + np.cross(w, lever))[2]))
     if fall <= 0:
         return None
     depth = max(0.0, -height)
     before = Approach(v_before, w_before, axes, lever, depth, depth * (1 + fall / rise) if rise > 0 else 0.0)
-    return Impact(time, before, v, w, gap, late, isinstance(other, Lasting), sigma_v, float(sigma + sigma_w), single)
+    return Impact(
+        time, before, v, w, gap, late, isinstance(other, Lasting), sigma_v, float(sigma + sigma_w), single, lasts=lasts
+    )
 
 
 def axes_at(rows: Rows, scene: Scene, row: int, w: Array, time: float) -> Array:
@@ -412,14 +423,13 @@ def met_surface(rows: Rows, scene: Scene, pull: Array, flight: Flight, begin: fl
     return high
 
 
-def lowest_point(axes: Array, scene: Scene) -> tuple[Array, bool]:
-    """Return the lever of the lowest point [m], (3,), and whether no other point is nearly as low."""
+def lowest_point(axes: Array, scene: Scene) -> tuple[Array, float]:
+    """Return the lever of the lowest point [m], (3,), and how much the next one is above it [m]."""
     if scene.body.radius:
-        return np.array((0.0, 0.0, -scene.body.radius)), True
+        return np.array((0.0, 0.0, -scene.body.radius)), np.inf
     levers = scene.body.points @ axes.T
     order = np.argsort(levers[:, 2])
-    second = levers[order[1], 2] - levers[order[0], 2] if len(order) > 1 else np.inf
-    return levers[order[0]], bool(second > LEVEL * scene.body.reach)
+    return levers[order[0]], float(levers[order[1], 2] - levers[order[0], 2]) if len(order) > 1 else np.inf
 
 
 def lying(rows: Rows, scene: Scene, pull: Array) -> np.ndarray:
