@@ -11,6 +11,7 @@ from types import MappingProxyType
 from tumble.compare.run.cluster import BadCluster, connected
 from tumble.compare.run.execution import EXECUTION, Shard, executing, interrupted
 from tumble.compare.run.provenance import circumstances
+from tumble.compare.run.quiet import QuietWorkers
 from tumble.compare.run.shards import BadShard, read_manifest, sharing
 from tumble.compare.run.task_cache import TaskCache
 from tumble.notes import note
@@ -71,7 +72,7 @@ def placed(
             execution = replace(execution, caches=caches_of(cache))
         if workers or scheduler:
             cluster = stack.enter_context(connected(scheduler, workers, tls, is_insecure))
-            execution = replace(execution, work=cluster.work)
+            execution = replace(execution, work=cluster.work, times=QuietWorkers(cluster.client))
         stack.enter_context(executing(execution))
         yield
 

@@ -77,19 +77,25 @@ def here() -> tuple[tuple[str, str], ...]:
 
 # On a worker: its engines, the one used last at the end.  A worker has one thread, but a user's may have more.
 _engines: "OrderedDict[Needed, RunningEngine]" = OrderedDict()
-_one_at_a_time = Lock()
+one_at_a_time = Lock()
 
 
 def answer(needed: Needed, ask: bytes) -> bytes:
     """On a worker: return the result of a task as a frame.  Raises BadCluster where the worker has other versions."""
     import cloudpickle
 
-    with _one_at_a_time:
-        engine = _engines.pop(needed, None) or running(needed)
-        _engines[needed] = engine
+    with one_at_a_time:
+        engine = engine_of(needed)
         while len(_engines) > ENGINES_EACH:
             _engines.popitem(last=False)[1].worker.close()
         return b"".join(frame(cloudpickle.loads(ask)(engine)))
+
+
+def engine_of(needed: Needed) -> RunningEngine:
+    """On a worker: return an engine, started if needed.  Raises BadCluster where the worker has other versions."""
+    engine = _engines.pop(needed, None) or running(needed)
+    _engines[needed] = engine
+    return engine
 
 
 def running(needed: Needed) -> RunningEngine:
@@ -295,7 +301,7 @@ def connected(
             if not threads:
                 raise BadCluster(f"--scheduler {address}: no worker came within {CONNECT_S} s")
             dashboard = client.dashboard_link if "dashboard" in client.scheduler_info()["services"] else "none"
-            log.info(f"{threads} workers of {address or 'this machine'}; dashboard: {dashboard}")
+            log.info(f"{threads} worker{'s' * (threads > 1)} of {address or 'this machine'}; dashboard: {dashboard}")
             yield Cluster(client)
         finally:
             if client.status == "running":

@@ -58,12 +58,14 @@ class Execution:
     shard : which tasks are run; None: all
     is_merge : whether no task is run: all results are in the caches
     work : runs tasks, as `tasks.work`, on other machines; None: here
+    times : measures what loads cost, as `timing.costs`, on a machine that does nothing else, or returns None: not there
     """
 
     caches: tuple[TaskCache, ...] = ()
     shard: Shard | None = None
     is_merge: bool = False
     work: Callable[..., object] | None = None
+    times: Callable[..., Any] | None = None
 
     def own(self, length: int) -> range:
         """Return which tasks of a list are run here, or begun without being waited for."""

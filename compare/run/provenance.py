@@ -65,6 +65,7 @@ def conditions(command: str) -> Iterator[ConditionRow]:
     yield ConditionRow("cores", found.cores)
     yield ConditionRow("system", found.system)
     yield from (ConditionRow("other work", words) for words in machine_load.seen)
+    yield from (ConditionRow(f"times of {scene}", words) for scene, words in machine_load.measured.items())
     yield from found.versions
 
 

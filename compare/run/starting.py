@@ -39,6 +39,7 @@ def started(
     BadEngine : an engine or a method is unknown
     """
     machine_load.seen.clear()  # what was seen while another study took times is none of this one's conditions
+    machine_load.measured.clear()
     with ExitStack() as engines:
         with display(doing="starting engines"):
             running_engines = engines.enter_context(launched(contestants, time_limit, memory_limit, few, beside))

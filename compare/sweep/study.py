@@ -69,7 +69,6 @@ def sweep_scenes(
     observed = {scene.name: one for scene in scenes if (one := observed_in(scene, observable, time_limit))}
     with started(contestants, time_limit, memory_limit, display) as running_engines:
         asked = {"time limit [s]": f"{time_limit:g}", "reference": reference}
-        conditions = circumstances(running_engines, scenes, asked, command)
         sweeps = []
         landing = [scene for scene in scenes if scene.name in observed]
         with display(flights(running_engines, [*scenes, *landing]) + len(scenes)) as on_progress, Parts() as part:
@@ -83,7 +82,8 @@ def sweep_scenes(
                     finished(sweeps[-1])
         return measured(sweeps, reference) | {
             ENGINES.file: frame(ENGINES, map(engine_row, running_engines)),
-            CONDITIONS.file: frame(CONDITIONS, conditions),
+            # At the end: with what the machine did while times were taken.
+            CONDITIONS.file: frame(CONDITIONS, circumstances(running_engines, scenes, asked, command)),
         }
 
 

@@ -67,10 +67,32 @@ def put_wanted(
     A torque is averaged as what it pushes at q, and a stage turns the mean back: Cohen & Hairer, "Linear
     energy-preserving integrators for Poisson systems" (2011), eq. 3.
     """
-    here, pushes = np.empty(13), np.zeros((3, 4))
-    roughness = 0.0
     for i in range(3):
         store(wanted[i], free_slope(load(stages[i], inverse_moments), inverse_moments, gyroscopic))
+    laws = forces.gravity, forces.tethers, forces.drag, forces.floor
+    return _add_forces(state, slopes, stages, dt, method, inverse_moments, forces, wanted, *laws)
+
+
+@inner
+def _add_forces(
+    state: Array,
+    slopes: Array,
+    stages: Array,
+    dt: float,
+    method: Scheme,
+    inverse_moments: Vector | None,
+    forces: Forces,
+    wanted: Array,
+    gravity: Vector | None,
+    tethers: Array | None,
+    drag: tuple[float | None, float | None] | None,
+    floor: tuple[float, float, float, float, float, float] | None,
+) -> float:
+    """Add what the forces ask for, and return how rough their power is [W]; without forces nothing is compiled."""
+    if gravity is None and tethers is None and drag is None and floor is None:
+        return 0.0
+    here, pushes = np.empty(13), np.zeros((3, 4))
+    roughness = 0.0
     for k in range(len(method.means[0])):
         for a in range(7):
             here[a] = state[a] + dt * weighted(method.integrals[k], slopes, a)

@@ -18,11 +18,10 @@ from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 # Of the body's reach: the height at which Newton's steps take over; and what doubles lose, per radian turned.
 NEAR, LOST_PER_RADIAN = 2.0**-34, 2.0**-49
 # Of a step that the bound allows, what is taken: its root is found by few Newton's steps.
-SAFE, NEARLY = 1.0 - 1e-5, 1e-4
+SAFE, NEARLY = 1.0 - 1e-9, 1e-6
+# Of the reach: what a Newton's step may leave.
+LEFT = 2.0**-56
 MOST_ADVANCES, MOST_NEWTON = 20_000, 60
-# |h'''| <= THIRD |w|^3 |p|: |w'| <= |w|^2 / sqrt(3) and |w''| <= (1 + 1/sqrt(3)) |w|^3 by Euler's equations, whose
-# coefficients are below 1, and p''' = w'' x p + 2 w' x (w x p) + w x (w' x p) + w x (w x (w x p)).
-THIRD = 1.0 + 4.0 / math.sqrt(3.0) + 1.0
 NONE, MET, LOST = 0, 1, 2
 
 
@@ -78,6 +77,19 @@ def fastest_spin(q: Quaternion, l_body: Vector, ground: Ground) -> float:
 
 
 @inner
+def greatest_jerk(fastest: float, ground: Ground) -> float:
+    """Return what the third derivative of a point's height never exceeds, over its distance from the centre [1/s3].
+
+    With c the greatest coefficient of Euler's equations, w_i' = c_i w_j w_k makes |w'| <= c |w|^2 / sqrt(3) and
+    |w''| <= sqrt(2) c |w'| |w|, and the third derivative of p is
+    w'' x p + 2 w' x (w x p) + w x (w' x p) + w x (w x (w x p)).
+    """
+    a, b, c = ground.moments
+    most = max(abs(b - c) / a, abs(c - a) / b, abs(a - b) / c)
+    return (1.0 + most * (math.sqrt(3.0) + most * math.sqrt(2.0 / 3.0))) * fastest * fastest * fastest
+
+
+@inner
 def safe_step(h: float, h_1: float, h_2: float, jerk: float) -> float:
     """Return how long h + h_1 t + h_2 t^2 / 2 - jerk t^3 / 6 stays above zero, from h >= 0, not more."""
     if jerk == 0.0:
@@ -117,16 +129,21 @@ def _first_zero(h: float, h_1: float, h_2: float, jerk: float, least: float) -> 
         if slope >= 0.0:
             break
         t -= value / slope
+        if value <= NEARLY * h:
+            break
     return t * SAFE
 
 
 @inner
 def _last_zero(h: float, h_1: float, h_2: float, jerk: float) -> float:
-    """Return the last zero of the cubic, a little less: Newton's steps from where the cube outweighs all else.
+    """Return the last zero of the cubic, a little less: Newton's steps from beyond it.
 
     Up to a place where it is not negative the cubic is nowhere so: it has no dip below zero where this is asked for.
     """
-    t = max((18.0 * h / jerk) ** (1.0 / 3.0), math.sqrt(18.0 * max(h_1, 0.0) / jerk), 9.0 * h_2 / jerk)
+    if h_2 < 0.0:
+        t = _safe_parabola(h, h_1, h_2)
+    else:
+        t = max((18.0 * h / jerk) ** (1.0 / 3.0), math.sqrt(18.0 * max(h_1, 0.0) / jerk), 9.0 * h_2 / jerk)
     for _ in range(MOST_NEWTON):
         value = h + t * (h_1 + t * (h_2 / 2.0 - t * jerk / 6.0))
         slope = h_1 + t * (h_2 - t * jerk / 2.0)
@@ -152,25 +169,29 @@ def search(
     """
     points, pull = ground.points, ground.gravity[2]
     fastest = fastest_spin(q, l_body, ground)
-    third = THIRD * fastest * fastest * fastest
+    third = greatest_jerk(fastest, ground)
     t = begun
     for _ in range(MOST_ADVANCES):
-        now = moving_at(z, q, v_z, l_body, t, ground)
+        height, rate = z + t * v_z + 0.5 * pull * t * t, v_z + pull * t
         close = ground.reach * (NEAR + LOST_PER_RADIAN * (1.0 + fastest * t))
-        clear = now.height - ground.reach - close
+        clear = height - ground.reach - close
         if clear > ground.reach:
-            step = _safe_parabola(clear, now.rate, pull)
+            step = _safe_parabola(clear, rate, pull)
         else:
-            step = math.inf
+            now = moving_at(z, q, v_z, l_body, t, ground)
+            lowest, least = 0, math.inf
             for number in range(len(points)):
                 p = (points[number, 0], points[number, 1], points[number, 2])
-                height = max(now.height + dot(now.normal, p), 0.0)
-                rate = now.rate + dot(now.first, p)
+                above = height + dot(now.normal, p)
                 # What has just left the plane is on it still, and rises.
-                if height < close and rate < 0.0 and t > 0.0:
-                    return _refined(z, q, v_z, l_body, t, number, close, ground)
-                jerk = third * math.sqrt(dot(p, p))
-                step = min(step, safe_step(height, rate, pull + dot(now.second, p), jerk))
+                if above < close and t > 0.0 and rate + dot(now.first, p) < 0.0:
+                    return _refined(z, q, v_z, l_body, t, number, close, fastest, ground)
+                if above < least:
+                    lowest, least = number, above
+            step = _safe_of(now, lowest, third, math.inf, ground)
+            for number in range(len(points)):
+                if number != lowest:
+                    step = _safe_of(now, number, third, step, ground)
         if not step > 0.0:
             return LOST, t, 0
         t += step
@@ -180,22 +201,45 @@ def search(
 
 
 @inner
+def _safe_of(now: Moving, number: int, third: float, step: float, ground: Ground) -> float:
+    """Return a step in which a point stays above the plane, at most the one given."""
+    points = ground.points
+    p = (points[number, 0], points[number, 1], points[number, 2])
+    h, h_1 = max(now.height + dot(now.normal, p), 0.0), now.rate + dot(now.first, p)
+    h_2, jerk = ground.gravity[2] + dot(now.second, p), third * math.sqrt(dot(p, p))
+    # Most points are far: no root is needed.
+    if h + step * (min(h_1, 0.0) + step * (min(h_2, 0.0) / 2.0 - step * jerk / 6.0)) > 0.0:
+        return step
+    return min(step, safe_step(h, h_1, h_2, jerk))
+
+
+@inner
 def _refined(
-    z: float, q: Quaternion, v_z: float, l_body: Vector, t: float, number: int, close: float, ground: Ground
+    z: float,
+    q: Quaternion,
+    v_z: float,
+    l_body: Vector,
+    t: float,
+    number: int,
+    close: float,
+    fastest: float,
+    ground: Ground,
 ) -> tuple[int, float, int]:
     """Return when a point that is close meets the plane, by Newton's steps; another that does so before takes over."""
     points = ground.points
+    # |h''| is no more than that, by the same bounds.
+    bend = 2.0 * fastest * fastest * ground.reach + abs(ground.gravity[2])
     for _ in range(MOST_NEWTON):
         now = moving_at(z, q, v_z, l_body, t, ground)
-        least, rate = math.inf, 0.0
+        least = math.inf
         for other in range(len(points)):
             p = (points[other, 0], points[other, 1], points[other, 2])
             height, falls = now.height + dot(now.normal, p), -now.rate - dot(now.first, p)
             if falls > 0.0 and height < 2.0 * close and height < least * falls:
-                number, least, rate = other, height / falls, falls
+                number, least = other, height / falls
         if not math.isfinite(least):
             return LOST, t, number
         t += least
-        if abs(least) <= 2.0**-52 * t or abs(least) * rate <= 2.0**-54 * ground.reach:
+        if bend * least * least <= LEFT * ground.reach or abs(least) <= 2.0**-52 * t:
             return MET, t, number
     return MET, t, number

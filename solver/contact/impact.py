@@ -1,13 +1,15 @@
 """One impact of one point: Newton's restitution along the normal, Coulomb's friction along the plane.
 
-The impulse P along the normal grows from zero.  The slip s of the point, of length r along the unit vector c, obeys
+The impulse P along the normal grows from zero.  The slip s of the point, of length r, and its velocity u_n along the
+normal obey
 
-    ds/dP = d - mu M c,     u_n = u_n0 + K_nn P - mu K_nt . (integral of c over P),
+    ds/dP = d - mu M s/r,     du_n/dP = K_nn - mu K_nt . s/r,
 
-and the impact is over where u_n = -e u_n0.  In T with dP = r dT direction and length come apart: c' is k(c) times c
-turned by a right angle, r' = h(c) r, P' = r.  The direction goes to one that keeps itself, along which all is a
+and the impact is over where u_n = -e u_n(0).  In T with dP = r dT all is linear but r, and r^2 = s . s: Taylor series
+in T, whose recurrence is one convolution.  The direction of s goes to one that keeps itself, along which all is a
 straight line: Routh's case.  Sources: Routh, "Dynamics of a System of Rigid Bodies", Elementary Part (1905), arts.
-181-198; Keller, J. Appl. Mech. 53 (1986) 1; Bhatt & Koechling, J. Appl. Mech. 62 (1995) 893.
+181-198; Keller, J. Appl. Mech. 53 (1986) 1; Bhatt & Koechling, J. Appl. Mech. 62 (1995) 893; step length: Jorba & Zou,
+Experiment. Math. 14 (2005) 99.
 """
 
 import math
@@ -17,33 +19,27 @@ from numpy.typing import NDArray
 
 from tumble.solver.compilation import inner
 from tumble.solver.contact.ground import Symmetric
-from tumble.solver.dop853 import ERROR_3, ERROR_5, STAGES, WEIGHTS
-from tumble.solver.fused import fused_stretch
-from tumble.solver.integrators.adaptive import combined
-from tumble.solver.quaternion import norm_squared
+from tumble.solver.fused import fused
 from tumble.solver.vectors import Vector
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
-# c, r and P.
-Flow = tuple[float, float, float, float]
-# d and mu M over the unit of P: d_x, d_y, M_xx, M_yy, M_xy; and what an error of P weighs, by the rise that it makes.
-Rates = tuple[float, float, float, float, float, float]
+# d and mu M over the unit of P: d_x, d_y, M_xx, M_yy, M_xy.
+Rates = tuple[float, float, float, float, float]
 
-A = STAGES
-NOTHING = (0.0, 0.0, 0.0, 0.0)
-
-# Of the slip that the impact begins with: what a step may seem to be off, a tenth of it in truth, and what is no slip.
-TOLERANCE, NO_SLIP = 1e-14, 1e-15
+# Terms of the series in T; of a slip, what the last one may be, a tenth of which is left out.
+ORDER, LAST_TERM = 22, 2.0**-47
+# Of the speed of approach and of the first slip: what is no slip.
+NO_SLIP = 1e-15
 # Of the rates of the flow: turns slower than this are none.
 STEADY = 1e-15
-# So short a way in T is a line, to rounding.
-LINEAR = 1e-8
+# How near to a root Newton's next step ends, of the interval: its error squared is rounding.
+NEARLY = 1e-9
 # How far from the direction that keeps itself a series about it is tried [rad], its terms, and steps towards it.
 NEAR, TERMS, MOST_NEWTON = 0.3, 32, 12
 # Of the turn rate where the series did not settle: where it is tried again.
 TRY_AGAIN = 0.6
-FIRST_STEP, LONGEST_STEP, MOST_STEPS, MOST_HALVINGS = 0.08, 8.0, 400, 80
+LONGEST_STEP, MOST_STEPS, MOST_HALVINGS = 8.0, 400, 80
 
 
 @inner
@@ -91,7 +87,7 @@ def outgoing(K: Symmetric, d: Pair, friction: float) -> tuple[Pair, float]:
         slope = along * along / (a + rate) + across * across / (b + rate)
         step = (math.sqrt(square) - 1.0) * square / slope
         rate += step
-        if abs(step) <= 1e-16 * rate:
+        if abs(step) <= NEARLY * rate:
             break
     along, across = first / (a + rate), second / (b + rate)
     size = math.sqrt(along * along + across * across)
@@ -113,24 +109,14 @@ def _from_stick(K: Symmetric, rising: float, target: float, friction: float) -> 
 @inner
 def _rates(rates: Rates, c: Pair) -> Pair:
     """Return h and k: how fast the slip grows and turns, per T."""
-    d_x, d_y, xx, yy, xy, _ = rates
+    d_x, d_y, xx, yy, xy = rates
     along, across = d_x - xx * c[0] - xy * c[1], d_y - xy * c[0] - yy * c[1]
     return c[0] * along + c[1] * across, c[0] * across - c[1] * along
 
 
 @inner
-def _rising(K: Symmetric, u: Vector, s: Pair, P: float) -> float:
-    """Return u_n where the slip is s after P: friction is what has made s of it."""
-    left = _solved(K, (u[0] + K[4] * P - s[0], u[1] + K[5] * P - s[1]))
-    return u[2] + K[2] * P - K[4] * left[0] - K[5] * left[1]
-
-
-@inner
-def _straight(
-    K: Symmetric, u: Vector, c: Pair, r: float, P: float, rate: float, target: float, friction: float
-) -> Vector:
+def _straight(K: Symmetric, c: Pair, r: float, rising: float, rate: float, target: float, friction: float) -> Vector:
     """Return the velocity after, from a slip along a direction that keeps itself; rate: dr/dP."""
-    rising = _rising(K, u, (c[0] * r, c[1] * r), P)
     climb = K[2] - friction * (K[4] * c[0] + K[5] * c[1])
     needed = (target - rising) / climb if climb > 0.0 else math.inf
     if rate >= 0.0 or needed * -rate <= r:
@@ -139,136 +125,136 @@ def _straight(
 
 
 @inner
-def _slope(state: Flow, rates: Rates) -> Flow:
-    """Return dc/dT, dr/dT and dP/dT."""
-    x, y, r, _ = state
-    h, k = _rates(rates, (x, y))
-    return -k * y, k * x, h * r, r
-
-
-@inner
-def _step(state: Flow, t: float, rates: Rates) -> tuple[Flow, float]:
-    """Return c, r and P a step t of T on, and about how far that is off: all twelve stages in registers."""
-    k_0 = _slope(state, rates)
-    k_1 = _slope(fused_stretch(t * A[1, 0], k_0, state), rates)
-    k_2 = _slope(fused_stretch(t * A[2, 1], k_1, fused_stretch(t * A[2, 0], k_0, state)), rates)
-    k_3 = _slope(fused_stretch(t * A[3, 2], k_2, fused_stretch(t * A[3, 0], k_0, state)), rates)
-    k_4 = _slope(
-        fused_stretch(t * A[4, 3], k_3, fused_stretch(t * A[4, 2], k_2, fused_stretch(t * A[4, 0], k_0, state))), rates
-    )
-    k_5 = _slope(
-        fused_stretch(t * A[5, 4], k_4, fused_stretch(t * A[5, 3], k_3, fused_stretch(t * A[5, 0], k_0, state))), rates
-    )
-    at = fused_stretch(t * A[6, 4], k_4, fused_stretch(t * A[6, 3], k_3, fused_stretch(t * A[6, 0], k_0, state)))
-    at = fused_stretch(t * A[6, 5], k_5, at)
-    k_6 = _slope(at, rates)
-    at = fused_stretch(t * A[7, 4], k_4, fused_stretch(t * A[7, 3], k_3, fused_stretch(t * A[7, 0], k_0, state)))
-    at = fused_stretch(t * A[7, 6], k_6, fused_stretch(t * A[7, 5], k_5, at))
-    k_7 = _slope(at, rates)
-    at = fused_stretch(t * A[8, 4], k_4, fused_stretch(t * A[8, 3], k_3, fused_stretch(t * A[8, 0], k_0, state)))
-    at = fused_stretch(t * A[8, 7], k_7, fused_stretch(t * A[8, 6], k_6, fused_stretch(t * A[8, 5], k_5, at)))
-    k_8 = _slope(at, rates)
-    at = fused_stretch(t * A[9, 4], k_4, fused_stretch(t * A[9, 3], k_3, fused_stretch(t * A[9, 0], k_0, state)))
-    at = fused_stretch(t * A[9, 7], k_7, fused_stretch(t * A[9, 6], k_6, fused_stretch(t * A[9, 5], k_5, at)))
-    at = fused_stretch(t * A[9, 8], k_8, at)
-    k_9 = _slope(at, rates)
-    at = fused_stretch(t * A[10, 4], k_4, fused_stretch(t * A[10, 3], k_3, fused_stretch(t * A[10, 0], k_0, state)))
-    at = fused_stretch(t * A[10, 7], k_7, fused_stretch(t * A[10, 6], k_6, fused_stretch(t * A[10, 5], k_5, at)))
-    at = fused_stretch(t * A[10, 9], k_9, fused_stretch(t * A[10, 8], k_8, at))
-    k_10 = _slope(at, rates)
-    at = fused_stretch(t * A[11, 4], k_4, fused_stretch(t * A[11, 3], k_3, fused_stretch(t * A[11, 0], k_0, state)))
-    at = fused_stretch(t * A[11, 7], k_7, fused_stretch(t * A[11, 6], k_6, fused_stretch(t * A[11, 5], k_5, at)))
-    at = fused_stretch(t * A[11, 10], k_10, fused_stretch(t * A[11, 9], k_9, fused_stretch(t * A[11, 8], k_8, at)))
-    k_11 = _slope(at, rates)
-    then = fused_stretch(
-        t * WEIGHTS[6], k_6, fused_stretch(t * WEIGHTS[5], k_5, fused_stretch(t * WEIGHTS[0], k_0, state))
-    )
-    then = fused_stretch(
-        t * WEIGHTS[9], k_9, fused_stretch(t * WEIGHTS[8], k_8, fused_stretch(t * WEIGHTS[7], k_7, then))
-    )
-    then = fused_stretch(t * WEIGHTS[11], k_11, fused_stretch(t * WEIGHTS[10], k_10, then))
-    fifth = fused_stretch(ERROR_5[6], k_6, fused_stretch(ERROR_5[5], k_5, fused_stretch(ERROR_5[0], k_0, NOTHING)))
-    fifth = fused_stretch(ERROR_5[9], k_9, fused_stretch(ERROR_5[8], k_8, fused_stretch(ERROR_5[7], k_7, fifth)))
-    fifth = fused_stretch(ERROR_5[11], k_11, fused_stretch(ERROR_5[10], k_10, fifth))
-    third = fused_stretch(ERROR_3[6], k_6, fused_stretch(ERROR_3[5], k_5, fused_stretch(ERROR_3[0], k_0, NOTHING)))
-    third = fused_stretch(ERROR_3[9], k_9, fused_stretch(ERROR_3[8], k_8, fused_stretch(ERROR_3[7], k_7, third)))
-    third = fused_stretch(ERROR_3[11], k_11, fused_stretch(ERROR_3[10], k_10, third))
-    x, y, r, P = then
-    size = math.sqrt(x * x + y * y)
-    weight = rates[5]
-    fifth, third = (*fifth[:3], weight * fifth[3]), (*third[:3], weight * third[3])
-    return (x / size, y / size, r, P), combined(norm_squared(fifth), norm_squared(third), t)
-
-
-@inner
 def _slipping(K: Symmetric, u: Vector, slip: float, target: float, friction: float) -> Vector:
     """Return the velocity after an impact that begins with a slip.
 
-    r is counted in the first slip, P in slip times unit, so that all numbers of the flow are about 1.
+    Velocities are counted in the first slip, P in slip times unit, so that all numbers of the flow are about 1.
     """
     unit = 1.0 / max(friction * K[0], friction * K[1], abs(K[4]), abs(K[5]))
     push = friction * unit
-    rates = (K[4] * unit, K[5] * unit, K[0] * push, K[1] * push, K[3] * push, max(1.0, K[2] * unit))
-    state = (u[0] / slip, u[1] / slip, 1.0, 0.0)
-    length, per_P = FIRST_STEP, slip * unit
-    k_series, h_series, q = np.empty(TERMS + 1), np.empty(TERMS + 1), np.empty(TERMS + 1)
+    rates = (K[4] * unit, K[5] * unit, K[0] * push, K[1] * push, K[3] * push)
+    climbs = (K[2] * unit, K[4] * push, K[5] * push)
+    x, y, rising, needed = u[0] / slip, u[1] / slip, u[2] / slip, target / slip
+    series = np.empty((6, TERMS + 1))
     tried = NEAR
     for _ in range(MOST_STEPS):
-        c, r, P = (state[0], state[1]), state[2] * slip, state[3] * per_P
+        r = math.sqrt(x * x + y * y)
+        if r <= NO_SLIP:
+            return _from_stick(K, rising * slip, target, friction)
+        c = (x / r, y / r)
         h, k = _rates(rates, c)
         if abs(k) <= STEADY:
-            return _straight(K, u, c, r, P, h / unit, target, friction)
-        if r <= NO_SLIP * slip:
-            return _from_stick(K, _rising(K, u, (0.0, 0.0), P), target, friction)
+            return _straight(K, c, r * slip, rising * slip, h / unit, target, friction)
         if h < 0.0 and abs(k) <= tried:
-            left = _to_stick(rates, c, state[2], k_series, h_series, q)
+            left = _to_stick(rates, c, r, series) * unit
             if math.isfinite(left):
-                rising = _rising(K, u, (0.0, 0.0), P + left * per_P)
-                if rising < target:
-                    return _from_stick(K, rising, target, friction)
+                held = _solved(K, (x + K[4] * left, y + K[5] * left))
+                at_end = rising + K[2] * left - K[4] * held[0] - K[5] * held[1]
+                if at_end < needed:
+                    return _from_stick(K, at_end * slip, target, friction)
                 tried = 0.0
             tried = TRY_AGAIN * min(tried, abs(k))
-        then, off = _step(state, length, rates)
-        off /= TOLERANCE
-        if off <= 1.0:
-            s = (then[0] * then[2] * slip, then[1] * then[2] * slip)
-            if _rising(K, u, s, then[3] * per_P) >= target:
-                return _met(K, u, state, length, slip, per_P, target, friction, rates)
-            state = then
-        length = min(LONGEST_STEP, length * min(6.0, max(0.2, 0.9 * off**-0.125 if off > 0.0 else 6.0)))
+        length = _grow(series, x, y, r, rising - needed, rates, climbs)
+        begins = series[4, 0]
+        x, y, below, climb = _values(series, length)
+        if begins > 0.0 > climb:
+            # It rises to a greatest value, which may be beyond the target.
+            length = _zero(series[4], length)
+            x, y, below, _ = _values(series, length)
+        if below >= 0.0:
+            x, y, _, _ = _values(series, _zero(series[3], length))
+            return (x * slip, y * slip, target)
+        rising = needed + below
     return (math.nan, math.nan, math.nan)
 
 
 @inner
-def _to_stick(rates: Rates, c: Pair, r: float, k_series: Array, h_series: Array, q: Array) -> float:
+def _grow(series: Array, x: float, y: float, r: float, below: float, rates: Rates, climbs: Vector) -> float:
+    """Write the Taylor series in T of s, r, u_n less its target, and du_n/dT, and return how far they hold."""
+    d_x, d_y, xx, yy, xy = rates
+    first, second, speed, rising, climb, pairs = series
+    pairs[: ORDER + 1] = 0.0
+    over_r = 1.0 / r
+    along, across = x * over_r, y * over_r
+    first[0], second[0], speed[0], rising[0] = x, y, r, below
+    for n in range(1, ORDER + 1):
+        part = 1.0 / n
+        climb[n - 1] = climbs[0] * r - climbs[1] * x - climbs[2] * y
+        rising[n] = part * climb[n - 1]
+        x, y = part * fused(d_x, r, -xx * x - xy * y), part * fused(d_y, r, -xy * x - yy * y)
+        r = fused(along, x, fused(across, y, over_r * pairs[n]))
+        first[n], second[n], speed[n] = x, y, r
+        # Of later terms of s . s - r r, the products with this one: so they are many at once.
+        for j in range(1, min(n - 1, ORDER - n) + 1):
+            pairs[n + j] = fused(-r, speed[j], fused(x, first[j], fused(y, second[j], pairs[n + j])))
+        if 2 * n <= ORDER:
+            pairs[2 * n] += 0.5 * (x * x + y * y - r * r)
+    climb[ORDER] = 0.0
+    last = max(abs(first[ORDER]), abs(second[ORDER]), abs(speed[ORDER]))
+    before = max(abs(first[ORDER - 1]), abs(second[ORDER - 1]), abs(speed[ORDER - 1]))
+    return min(LONGEST_STEP, (LAST_TERM / (over_r * max(last, before))) ** (1.0 / ORDER))
+
+
+@inner
+def _values(series: Array, t: float) -> tuple[float, float, float, float]:
+    """Return s, u_n less its target, and du_n/dT, a way t of T on."""
+    x, y, below, climb = series[0, ORDER], series[1, ORDER], series[3, ORDER], series[4, ORDER]
+    for n in range(ORDER - 1, -1, -1):
+        x, y = x * t + series[0, n], y * t + series[1, n]
+        below, climb = below * t + series[3, n], climb * t + series[4, n]
+    return x, y, below, climb
+
+
+@inner
+def _zero(terms: Array, length: float) -> float:
+    """Return where a polynomial changes its sign between 0 and length: by Newton's steps and halving."""
+    low, high, t = 0.0, length, length
+    for _ in range(MOST_HALVINGS):
+        value, slope = terms[ORDER], 0.0
+        for n in range(ORDER - 1, -1, -1):
+            slope = slope * t + value
+            value = value * t + terms[n]
+        low, high = (t, high) if (value < 0.0) == (terms[0] < 0.0) else (low, t)
+        moved = t - value / slope if slope != 0.0 else math.inf
+        if not low <= moved <= high:
+            moved = 0.5 * (low + high)
+        change, t = abs(moved - t), moved
+        if change <= NEARLY * length:
+            break
+    return t
+
+
+@inner
+def _to_stick(rates: Rates, c: Pair, r: float, series: Array) -> float:
     """Return the P until a slip of length r along c ends, nan where it is too far from the direction that keeps itself.
 
     With z the angle to that direction, z' = k(z) and r' = h(z) r, so P' = r makes P = const + r q(z) with
 
         k q' + h q = 1,     q = sum of q_n z^n,     k, h: sums of sines and cosines of z and 2 z,
 
-    and nothing is left of r at z = 0.  k_series, h_series, q: (TERMS + 1,), for the coefficients.
+    and nothing is left of r at z = 0.  series: (6, TERMS + 1), three of them for the coefficients.
     """
-    d_x, d_y, xx, yy, xy, _ = rates
+    d_x, d_y, xx, yy, xy = rates
     mean, half = 0.5 * (xx + yy), 0.5 * (xx - yy)
-    first = math.atan2(c[1], c[0])
-    angle = first
-    along, across, along_2, across_2 = 0.0, 0.0, 0.0, 0.0
+    cos, sin = c
+    along, across, along_2, across_2, is_near = 0.0, 0.0, 0.0, 0.0, False
     for _ in range(MOST_NEWTON):
-        cos, sin = math.cos(angle), math.sin(angle)
         cos_2, sin_2 = cos * cos - sin * sin, 2.0 * cos * sin
         along, across = d_x * cos + d_y * sin, d_y * cos - d_x * sin
         along_2, across_2 = half * cos_2 + xy * sin_2, half * sin_2 - xy * cos_2
         slope = 2.0 * along_2 - along
         if slope >= 0.0:
             return math.nan
-        change = (across + across_2) / slope
-        angle -= change
-        if abs(change) <= 1e-9:
+        if is_near:
             break
-    z = first - angle
+        change = (across + across_2) / slope
+        size = math.sqrt(1.0 + change * change)
+        cos, sin = (cos + change * sin) / size, (sin - change * cos) / size
+        is_near = abs(change) <= NEARLY
+    z = math.atan2(cos * c[1] - sin * c[0], cos * c[0] + sin * c[1])
     if abs(z) > NEAR or along - mean - along_2 >= 0.0:
         return math.nan
+    k_series, h_series, q, _, _, _ = series
     # Derivatives of sines and cosines go round in four; those of 2 z double each time.
     single, double, factor = (across, along), (across_2, along_2), 1.0
     for n in range(TERMS + 1):
@@ -277,51 +263,16 @@ def _to_stick(rates: Rates, c: Pair, r: float, k_series: Array, h_series: Array,
         single, double = (-single[1], single[0]), (2.0 * double[1], -2.0 * double[0])
         factor /= n + 1.0
     h_series[0] -= mean
-    total, power = 0.0, 1.0
+    total, power, term = 0.0, 1.0, math.inf
     for n in range(TERMS):
         left = 1.0 if n == 0 else 0.0
         for j in range(1, n + 1):
             left -= h_series[j] * q[n - j] + k_series[j + 1] * (n - j) * q[n - j]
         q[n] = left / (h_series[0] + n * k_series[1])
-        term = q[n] * power
+        before, term = term, q[n] * power
         total += term
         power *= z
-        if n > 1 and abs(term) <= 1e-17 * abs(total):
+        # One term may be small by itself: every second one is nothing where the motion has a mirror.
+        if abs(before) + abs(term) <= 2.0**-56 * abs(total):
             return -r * total
     return math.nan
-
-
-@inner
-def _met(
-    K: Symmetric,
-    u: Vector,
-    state: Flow,
-    length: float,
-    slip: float,
-    per_P: float,
-    target: float,
-    friction: float,
-    rates: Rates,
-) -> Vector:
-    """Return the velocity where u_n is the target, within a step from state; by Newton's steps and halving."""
-    low, high, T = 0.0, length, length
-    s = (0.0, 0.0)
-    for _ in range(MOST_HALVINGS):
-        then, _ = _step(state, T, rates)
-        r, c = then[2], (then[0], then[1])
-        s = (c[0] * r * slip, c[1] * r * slip)
-        beyond = _rising(K, u, s, then[3] * per_P) - target
-        low, high = (T, high) if beyond < 0.0 else (low, T)
-        slope = (K[2] - friction * (K[4] * c[0] + K[5] * c[1])) * r * per_P
-        change = beyond / slope if slope > 0.0 else math.inf
-        moved = T - change
-        if not low <= moved <= high:
-            moved = 0.5 * (low + high)
-        if abs(moved - T) <= LINEAR:
-            h, k = _rates(rates, c)
-            grown = 1.0 + (moved - T) * h
-            turned = (moved - T) * k
-            s = (grown * s[0] - turned * s[1], grown * s[1] + turned * s[0])
-            break
-        T = moved
-    return (s[0], s[1], target)

@@ -42,8 +42,8 @@ def fitting(curves: Iterable[Array], limit: Array, radius: float, others: Iterab
 
 
 def times(factor: float) -> str:
-    """Return a factor as it is written: 1 000 000."""
-    return f"{factor:,.0f}".replace(",", " ")
+    """Return a factor as it is written, in one piece: 1 000 000."""
+    return f"{factor:,.0f}".replace(",", "\N{NO-BREAK SPACE}")
 
 
 def rounded_down(value: float) -> float:

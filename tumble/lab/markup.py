@@ -17,6 +17,8 @@ from tumble.scenarios.format import visible
 STYLE = Markup("font-size:12px;line-height:1.45;font-variant-numeric:tabular-nums;padding:2px 10px 6px")
 FAINT = Markup("color:#56616b")
 GOOD, BAD = Markup("color:#0f6b3f"), Markup("color:#b3261e")
+# Two lines are always there: a longer message must not move the buttons below it from under the pointer.
+TWO_LINES = Markup("font-size:13px;min-height:calc(2.9em + 8px)")
 FITTING = 8  # characters of a number of which three stand beside a name
 
 
@@ -24,8 +26,8 @@ def status_line(line: str, *, is_refusal: bool = False) -> str:
     """Return the line above the controls; what it quotes stays text."""
     colour = BAD if is_refusal else Markup("color:inherit")
     return str(
-        Markup('<div style="{};font-size:13px;{}" data-lab="message" role="status">{}</div>').format(
-            STYLE, colour, visible(line)
+        Markup('<div style="{};{};{}" data-lab="message" role="status">{}</div>').format(
+            STYLE, TWO_LINES, colour, visible(line)
         )
     )
 

@@ -1,9 +1,7 @@
 """What is timed together: the parent's side of the timers that stand in the workers."""
 
-import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
 
 from tumble.compare.run.execution import EXECUTION
 from tumble.compare.run.flight import legs
@@ -15,8 +13,6 @@ from tumble.compare.run.timing.readings import GONE, USUAL, Reading, Sampling, l
 from tumble.compare.run.timing.timer import Pace, Ready, Sample
 from tumble.compare.run.worker import Worker
 from tumble.scenarios.scene import Scene
-
-log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +50,8 @@ def costs(loads: Mapping[str, Load], sampling: Sampling = USUAL) -> dict[str, Co
 
     Whatever becomes of one, the others have their times.
     """
-    if EXECUTION.get().work:
-        say_where()
+    if (elsewhere := EXECUTION.get().times) and (found := elsewhere(loads, sampling)) is not None:
+        return found
     timers = {key: StandingTimer(key, load) for key, load in loads.items()}
     # Engines make theirs ready side by side: nothing of it is compared.
     ready = dict(zip(loads, work([timer.task for timer in timers.values()]), strict=True))
@@ -65,12 +61,6 @@ def costs(loads: Mapping[str, Load], sampling: Sampling = USUAL) -> dict[str, Co
     return {
         key: shown if isinstance(shown, Failure) else believed(readings[key], shown) for key, shown in ready.items()
     }
-
-
-@cache
-def say_where() -> None:
-    """Log once a process that no worker of a cluster measures run times."""
-    log.info("run times are measured here, alone, and not on workers: ratios never cross machines")
 
 
 def believed(reading: Reading | Failure, ready: Ready) -> Cost | Failure:

@@ -101,9 +101,21 @@ def ray_between(origin, place) -> Ray:
     return Ray(origin, (place - origin) / np.linalg.norm(place - origin))
 
 
+# How often the row of buttons under the message has moved.
+WATCH = """
+    window.moves = 0;
+    const isRow = (node) => node?.innerText?.startsWith("Throw");
+    new PerformanceObserver((list) => {
+        for (const shift of list.getEntries()) window.moves += shift.sources.filter(({ node }) => isRow(node)).length;
+    }).observe({ type: "layout-shift" });
+"""
+
+
 def test_what_was_clicked_is_what_run_flies_and_what_the_table_says(lab, page):
+    page.evaluate(WATCH)
     click(page, PLACES["front"])
     over(page)
+    assert page.evaluate("window.moves") == 0, "a message must not move the buttons from under the pointer"
     folder = saved(lab, page, "CSV")
     done = subprocess.run(
         [sys.executable, "-P", "-m", "tumble", "run", f"{folder.name}.toml", "-e", "mujoco:euler"],

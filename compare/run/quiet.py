@@ -1,0 +1,189 @@
+"""Run times measured on a worker of a cluster that does nothing else: all contestants of a scene are one task.
+
+Such a worker has the Dask resource `quiet=1`, and one such task at a time.  Its engines are started for the task, all
+on one core, and end with it.  Without such a worker run times are measured here: ratios never cross machines.
+"""
+
+import logging
+import os
+import platform
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from itertools import count
+from threading import Event
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+import psutil
+
+from tumble.compare.run.cluster import ATTEMPTS, Needed, end_engines, engine_of, one_at_a_time, unframed
+from tumble.compare.run.digest import NoValue, digest
+from tumble.compare.run.execution import EXECUTION
+from tumble.compare.run.process.message import frame
+from tumble.compare.run.provenance import processor
+from tumble.compare.run.status import Failure
+from tumble.compare.run.timing import machine_load
+from tumble.compare.run.timing.readings import Sampling
+from tumble.compare.run.timing.timing import Cost, Load, costs
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+RESOURCE = {"quiet": 1}
+# A quiet worker that ended has this long to come again [s].
+WAIT_S, LOOK_S = 20.0, 0.5
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a quiet worker measured.
+
+    costs: by the keys of the loads; where: the machine; under: the core, and the load average before and after.
+    """
+
+    costs: dict[str, Cost | Failure]
+    where: str
+    under: str
+
+
+def measure(needed: Mapping[str, Needed], loads: bytes, sampling: Sampling) -> bytes:
+    """On a quiet worker: return what each load costs, as a frame of `Measured`.  Raises BadCluster.
+
+    needed: engines by their titles; loads: by their keys, each with a title in place of the engine.
+    """
+    import cloudpickle
+
+    with one_at_a_time, pinned() as core:
+        end_engines()  # those of other tasks are not on this core
+        try:
+            engines = {title: engine_of(one) for title, one in needed.items()}
+            asked = {
+                key: replace(load, running_engine=engines[title])
+                for key, (title, load) in cloudpickle.loads(loads).items()
+            }
+            machine_load.seen.clear()
+            before = psutil.getloadavg()[0]
+            found = costs(asked, sampling)
+            load = f"load average {before:.2f} before, {psutil.getloadavg()[0]:.2f} after"
+            return b"".join(frame(Measured(found, where(), ", ".join((core, load, *machine_load.seen)))))
+        finally:
+            end_engines()
+
+
+def where() -> str:
+    """Return what tells a machine from others."""
+    return f"{platform.node()} ({processor()}, {os.cpu_count()} cores)"
+
+
+@contextmanager
+def pinned() -> Iterator[str]:
+    """Run this thread, and the processes that it starts in the block, on one core where the system can do that."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield "not pinned to a core"
+        return
+    cores = os.sched_getaffinity(0)
+    core = max(cores)  # the first one often has the interrupts
+    os.sched_setaffinity(0, {core})
+    try:
+        yield f"pinned to core {core}"
+    finally:
+        os.sched_setaffinity(0, cores)
+
+
+@dataclass
+class QuietWorkers:
+    """Measures run times on the quiet workers of a scheduler; client: connected to it."""
+
+    client: "Client"
+    _said: set[str] = field(default_factory=set)
+    _numbers: Iterator[int] = field(default_factory=count)
+    _is_known: bool = False
+
+    def __call__(self, loads: Mapping[str, Load], sampling: Sampling) -> dict[str, Cost | Failure] | None:
+        """Return what each load costs, all measured in one task; None: to be measured here.  Raises BadCluster."""
+        if not loads:
+            return {}
+        engines = {load.running_engine.title: load.running_engine for load in loads.values()}
+        scene = ", ".join(dict.fromkeys(load.scene.name for load in loads.values()))
+        workers = self._workers()
+        try:
+            question = [[[key, load.running_engine.identity, as_sent(load)] for key, load in loads.items()], sampling]
+            needed = {title: Needed.of(engine) for title, engine in engines.items()}
+        except NoValue as why:
+            return self._here(str(why))
+        self._is_known = self._is_known or bool(workers)
+        if not self._is_known:
+            return self._here("no worker has the resource quiet=1")
+        execution, key = EXECUTION.get(), (scene, "times")
+        machines: dict[str, str] = self.client.run(where, workers=workers, on_error="ignore")  # type: ignore[assignment]
+        for machine in sorted({*machines.values()}):
+            if execution.caches and (found := execution.find(digest([question, machine]), key, Measured)):
+                return self._there(scene, found)
+        found = self._measured(needed, loads, sampling)
+        if isinstance(found, str):
+            return self._here(found)
+        if execution.caches:
+            execution.save(digest([question, found.where]), key, found)
+        return self._there(scene, found)
+
+    def _measured(self, needed: dict[str, Needed], loads: Mapping[str, Load], sampling: Sampling) -> Measured | str:
+        """Return what a quiet worker measured, or why none did."""
+        import cloudpickle
+
+        payload = cloudpickle.dumps({key: (load.running_engine.title, as_sent(load)) for key, load in loads.items()})
+        for _ in range(ATTEMPTS):
+            future = self.client.submit(
+                measure, needed, payload, sampling, resources=RESOURCE, pure=False, retries=0,
+                key=f"tumble-times-{next(self._numbers)}-{digest([*loads])}",
+            )  # fmt: skip
+            try:
+                if not self._awaited(future):
+                    return f"no worker with the resource quiet=1 came within {WAIT_S:g} s"
+                if future.status == "finished":
+                    return unframed(Measured, future.result())
+                if future.status != "error":
+                    return "the scheduler is gone"
+                error = future.exception()
+                if type(error).__name__ != "KilledWorker":
+                    raise error  # type: ignore[misc]
+            finally:
+                future.cancel()
+        return f"{ATTEMPTS} workers ended while they measured"
+
+    def _awaited(self, future: "Future") -> bool:
+        """Wait until a task is done; return whether it is, not where its workers are gone for too long."""
+        done, last = Event(), monotonic()
+        future.add_done_callback(lambda _: done.set())
+        while not done.wait(LOOK_S):
+            if self._workers():
+                last = monotonic()
+            elif monotonic() - last > WAIT_S:
+                return False
+        return True
+
+    def _workers(self) -> list[str]:
+        """Return the addresses of quiet workers."""
+        found: dict[str, Any] = dict(self.client.scheduler_info()["workers"])
+        return [address for address, about in found.items() if about.get("resources", {}).get("quiet", 0) >= 1]
+
+    def _there(self, scene: str, found: Measured) -> dict[str, Cost | Failure]:
+        self._say(f"run times are measured on {found.where}, one scene at a time: ratios never cross machines")
+        machine_load.measured[scene] = f"{found.where}, {found.under}"
+        return found.costs
+
+    def _here(self, why: str) -> None:
+        self._say(f"run times are measured here, alone, and not on workers, for {why}: ratios never cross machines")
+
+    def _say(self, words: str) -> None:
+        """Log once."""
+        if words not in self._said:
+            self._said.add(words)
+            log.info(words)
+
+
+def as_sent(load: Load) -> Any:
+    """Return a load without its engine, which has another process on a worker."""
+    return replace(load, running_engine=None)  # type: ignore[arg-type]
