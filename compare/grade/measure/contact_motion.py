@@ -96,7 +96,7 @@ class Impact:
     single : whether one corner meets the plane alone
     chain : how long after it other corners may have met the plane before the first row that follows [s]; 0 if by the
         right law none does. Of a chain, `time` and `before` are of the first touch, v and w of the flight after it
-    lasts : time between the flight before it and what follows [s]
+    lasts, rises : time [s], and greatest height [m], from the flight before it to what follows
     """
 
     time: float
@@ -111,6 +111,7 @@ class Impact:
     single: bool
     chain: float = 0.0
     lasts: float = 0.0
+    rises: float = 0.0
 
     @cached_property
     def approach(self) -> float:
@@ -387,13 +388,25 @@ def impact_of(rows: Rows, scene: Scene, pull: Array, one: Flight, other: "Flight
         if surface is None:
             late = max(0.0, height) / max(-float((v_before + np.cross(w_before, lever))[2]), 1e-12)
     lasts = float(rows.times[other.first] - rows.times[one.last])
+    rises = float(rows.low[one.last + 1 : other.first + FIRST_ROWS].max(initial=0.0))
     fall, rise = (-float((v_before + np.cross(w_before, lever))[2]), float((v + np.cross(w, lever))[2]))
     if fall <= 0:
         return None
     depth = max(0.0, -height)
     before = Approach(v_before, w_before, axes, lever, depth, depth * (1 + fall / rise) if rise > 0 else 0.0)
     return Impact(
-        time, before, v, w, gap, late, isinstance(other, Lasting), sigma_v, float(sigma + sigma_w), single, lasts=lasts
+        time,
+        before,
+        v,
+        w,
+        gap,
+        late,
+        isinstance(other, Lasting),
+        sigma_v,
+        float(sigma + sigma_w),
+        single,
+        lasts=lasts,
+        rises=rises,
     )
 
 

@@ -64,8 +64,8 @@ LEAST, ROUNDING = 1e-6, 1e-12
 STEADY = 0.2
 # Share of the body's reach below which a gap is none.
 TOUCHES = 1e-3
-# Programs stop a rebound of fewer steps of gravity than this.
-STOPPED = 3.0
+# Programs stop a rebound of fewer steps of gravity than this; rows show at least one part in so many of a hop's height.
+STOPPED, SEEN = 4.0, 8.0
 # Errors above this many units count as so many.
 MOST = 1e9
 # An explanation in part leaves at most this share of the largest miss; one that leaves this share is far better.
@@ -313,7 +313,8 @@ class ContactSearch:
             late_v, late_w = self.spread(one)
             room_v, room_w = room_v + late_v, room_w + late_w
         off = v - one.v
-        if one.stays and 0 < v[2] < self.strength * max((one.lasts + spacing) / 2, STOPPED * self.step):
+        hop = max(self.strength * spacing / 2, float(np.sqrt(2 * self.strength * SEEN * one.rises)))
+        if one.stays and 0 < v[2] < max(hop, STOPPED * self.strength * self.step):
             off[2] = 0.0
         # A body that stays has no velocity along the normal, whatever the digits: only a step may change the rebound.
         room_n = (STEPS_OFF + self.right.friction) * self.strength * self.step + share * speed if one.stays else room_v
