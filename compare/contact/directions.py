@@ -1,7 +1,8 @@
 """How far a body slides in every direction, and which friction law that is.
 
-Coulomb's friction stops it after the same distance in each.  A pyramid in place of the cone does not, and its two
-kinds are wrong the opposite way (f: friction over mu N, along the edges' axes):
+Coulomb's friction stops it after the same distance in each.  The contact point of a ball that slips goes on like a box
+under 7/2 of the friction, until the ball rolls.  A pyramid in place of the cone does not brake alike in all directions,
+and its two kinds are wrong the opposite way (f: friction over mu N, along the edges' axes):
 
     diamond  |f_1| + |f_2| <= 1, against the slip as much as it can: all of it along the axis of the larger component
     square   |f_1| <= 1 and |f_2| <= 1: each component is braked as if it were alone
@@ -22,7 +23,7 @@ from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 
 DIRECTIONS = 16
-DISTANCE = "distance until it stops"
+DISTANCE, ROLLS = "distance until it stops", "distance until it begins to roll"
 # How the friction of each law is, for slip components of sizes (1, 0 <= c <= 1) along its axes; see `way_of`.
 DIAMOND, SQUARE = "diamond", "square"
 # A law must leave at most this share of what a round cone leaves unexplained.
@@ -103,17 +104,47 @@ def axis_name(axis: Array) -> str:
 def is_turnable(scene: Scene, whole: WholeRun) -> bool:
     """Whether the same throw in another direction is another scene with the same truth.
 
-    A body that slides on a face of a level plane from the start, does not turn, and cannot tip in any direction.
+    A body that slides on a level plane from the start: a ball, or a box on a face that does not turn, and cannot tip in
+    any direction.
     """
     assert scene.plane is not None
-    if DISTANCE not in whole.asked or scene.impulses or len(scene.start) > 1:
+    name = slid(scene)
+    if name not in whole.asked or scene.impulses or len(scene.start) > 1:
         return False
     pull, start, normal = gravity(scene), scene.start[0], scene.plane.normal
     level = np.linalg.norm(pull + np.linalg.norm(pull) * normal) <= 1e-12 * np.linalg.norm(pull)
-    _, one = whole.asked[DISTANCE]
-    if not level or one.begins_s > 0 or start[10:13].any() or scene.body.radius is not None:
+    _, one = whole.asked[name]
+    if not level or one.begins_s > 0:
         return False
-    return scene.plane.friction < reaches_edge(scene)
+    return scene.body.radius is not None or (not start[10:13].any() and scene.plane.friction < reaches_edge(scene))
+
+
+def slid(scene: Scene) -> str:
+    """Return the observable that a rose is about."""
+    return DISTANCE if scene.body.radius is None else ROLLS
+
+
+def true_slide(scene: Scene, whole: WholeRun) -> float:
+    """Return how far the body truly slides in every direction, of a ball its contact point [m]."""
+    if scene.body.radius is None:
+        return whole.asked[slid(scene)][0].true
+    assert scene.plane is not None
+    slip = np.linalg.norm(first_slip(scene))
+    return float(slip**2 / (2 * spread(scene) * scene.plane.friction * np.linalg.norm(gravity(scene))))
+
+
+def spread(scene: Scene) -> float:
+    """Return how many times the centre's acceleration by friction that of the contact point is: 7/2 of a solid ball."""
+    body = scene.body
+    return 1.0 if body.radius is None else float(1 + body.mass * body.radius**2 / np.mean(body.moments))
+
+
+def first_slip(scene: Scene) -> Array:
+    """Return the velocity of the contact point at the start, along the plane [m/s], (3,)."""
+    assert scene.plane is not None
+    v, w, normal = scene.start[0, 7:10], scene.start[0, 10:13], scene.plane.normal
+    slip: Array = v - (scene.body.radius or 0.0) * np.cross(w, normal)
+    return slip - (slip @ normal) * normal
 
 
 def reaches_edge(scene: Scene) -> float:
@@ -134,24 +165,33 @@ def reaches_edge(scene: Scene) -> float:
 
 
 def turned_scene(scene: Scene, whole: WholeRun, dt: float, count: int = DIRECTIONS) -> tuple[Array, Scene]:
-    """Return directions [rad], (count,), and the scene with one throw for each, whose first velocity is along it."""
+    """Return directions [rad], (count,), and the scene with one throw for each, whose first slip is along it."""
     assert scene.plane is not None
-    directions = 2 * np.pi * np.arange(count) / count
-    speed = float(np.linalg.norm(scene.start[0, 7:10]))
+    directions, normal = 2 * np.pi * np.arange(count) / count, scene.plane.normal
+    first, second = plane_axes(normal)
+    slip = first_slip(scene)
+    by = directions - math.atan2(slip @ second, slip @ first)
     start = np.repeat(scene.start, count, axis=0)
-    along = np.stack((np.cos(directions), np.sin(directions)), axis=1) @ np.stack(plane_axes(scene.plane.normal))
-    start[:, 7:10] = speed * along
+    for columns in (slice(7, 10), slice(10, 13)):
+        own = scene.start[0, columns]
+        along = (own @ normal) * normal
+        start[:, columns] = along + np.outer(np.cos(by), own - along) + np.outer(np.sin(by), np.cross(normal, own))
     return directions, replace(whole.scenes[dt], start=start, written=None)
 
 
 def read_slides(whole: WholeRun, directions: Array, scene: Scene, run: Trajectory) -> Iterator[Slide]:
-    """Yield how far each throw went."""
-    _, one = whole.asked[DISTANCE]
+    """Yield how far each throw went, of a ball its contact point."""
+    _, one = whole.asked[slid(scene)]
     for throw, direction in enumerate(directions.tolist()):
         seen = Watched(scene, run, throw)
         stop = slip_end(one, seen)
         if stop is None:
             yield Slide(direction, math.nan, math.nan)
+        elif scene.body.radius is not None:
+            slip, rows = seen.slip[: stop.last + 1], seen.times[: stop.last + 1]
+            way = np.trapezoid(slip, rows, axis=0) + slip[-1] * (stop.time - rows[-1]) / 2
+            turn = math.atan2(np.cross(slip[0], way) @ seen.plane.normal, slip[0] @ way)
+            yield Slide(direction, float(np.linalg.norm(way)), turn)
         else:
             yield Slide(direction, float(np.linalg.norm(seen.along(stop.way))), turned(seen, one.begins_s, stop))
 

@@ -54,10 +54,12 @@ def scan_rows(contact: Contact) -> Iterator[ContactScanRow]:
     rows of contact-scans.csv
     """
     rose = contact.rose
+    path, end = ("path", "stops") if contact.scene.body.radius is None else ("slip", "begins to roll")
+    way = "distance" if path == "path" else "length of the slip"
     for slide in rose.slides if rose else ():
         for observable, value, true, unit in (
-            ("distance until it stops", slide.distance, rose.true if rose else math.nan, "m"),
-            ("turn of the path until it stops", slide.turn, 0.0, "rad"),
+            (f"{way} until it {end}", slide.distance, rose.true if rose else math.nan, "m"),
+            (f"turn of the {path} until it {end}", slide.turn, 0.0, "rad"),
         ):
             yield ContactScanRow(
                 scene=contact.scene.name,

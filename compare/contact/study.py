@@ -9,7 +9,16 @@ from typing import Protocol
 import numpy as np
 
 from tumble.compare.contact.asked import BY_OWN_LAW, Asked
-from tumble.compare.contact.directions import DISTANCE, Rose, Slide, is_turnable, read_slides, turned_scene
+from tumble.compare.contact.directions import (
+    Rose,
+    Slide,
+    is_turnable,
+    read_slides,
+    slid,
+    spread,
+    true_slide,
+    turned_scene,
+)
 from tumble.compare.contact.impacts import MOST_IMPACTS, Impact, impacts, read_impact, row_step
 from tumble.compare.contact.limit import Level, Limit, limit, shifted
 from tumble.compare.contact.own_law import own_numbers
@@ -393,9 +402,10 @@ def judged(asked: Question, running_engine: RunningEngine, method: str, found: R
 
 def rose(asked: Question, slides: Sequence[Slide], observations: Sequence[Observation]) -> Rose | None:
     """Return the slides in all directions, held to what the step changes in the scene's own direction."""
-    own = next((one for one in observations if one.asked.observable == DISTANCE), None)
-    if not slides or own is None:
+    own = next((one for one in observations if one.asked.observable == slid(asked.scene)), None)
+    if not slides or own is None or asked.whole is None:
         return None
     step_error = abs(own.value - own.limit.value)
-    tolerance = max(own.limit.high - own.limit.low, own.asked.one_step, 2 * step_error)
-    return Rose(asked.step, tuple(slides), own.asked.true, tolerance if math.isfinite(tolerance) else math.inf)
+    tolerance = spread(asked.scene) * max(own.limit.high - own.limit.low, own.asked.one_step, 2 * step_error)
+    true = true_slide(asked.scene, asked.whole)
+    return Rose(asked.step, tuple(slides), true, tolerance if math.isfinite(tolerance) else math.inf)

@@ -8,7 +8,7 @@ its own.
 import math
 
 from tumble.compare.contact.asked import BY_OWN_LAW
-from tumble.compare.contact.directions import DIAMOND, DISTANCE, Law, axis_names, is_round, law_of
+from tumble.compare.contact.directions import DIAMOND, DISTANCE, ROLLS, Law, axis_names, is_round, law_of, slid
 from tumble.compare.contact.findings import RIGHT
 from tumble.compare.contact.impacts import DEEPEST, GAP, REBOUND
 from tumble.compare.contact.study import Contact, Observation
@@ -18,6 +18,7 @@ from tumble.compare.contact.whole_run import REST
 ITS_LAW, NOT_ITS_LAW = "its own law", "not its own law"
 WHOLE_IMPULSE = "another law: Coulomb on the whole impulse"
 OF_A_STOP = ("instant it stops", DISTANCE, "turn of the path until it stops")
+OF_ROLLING = ("instant it begins to roll", ROLLS, "turn of the path until it begins to roll")
 
 
 def verdicts(contact: Contact) -> list[str]:
@@ -26,9 +27,9 @@ def verdicts(contact: Contact) -> list[str]:
     law = stop_verdict(contact)
     for number, (one, said) in enumerate(zip(contact.observations, found, strict=True)):
         if said in ("another law", "depends on the step") or (
-            said == RIGHT and law and one.asked.observable == DISTANCE
+            said == RIGHT and law and one.asked.observable in (DISTANCE, ROLLS)
         ):
-            if law and one.asked.observable in OF_A_STOP:
+            if law and one.asked.observable in OF_A_STOP + OF_ROLLING:
                 found[number] = law
             elif follows_from_rebound(contact, one):
                 found[number] = of_the_rebound(contact, found, one.asked.impact or 1) or said
@@ -134,7 +135,7 @@ def stop_verdict(contact: Contact) -> str:
     law = law_of(rose)
     if law is not None:
         return f"another law: pyramid {along(contact, law)}, {law.factor:.3g} times as far"
-    own = next(one for one in contact.observations if one.asked.observable == DISTANCE)
+    own = next(one for one in contact.observations if one.asked.observable == slid(contact.scene))
     if is_round(rose) and not own.is_right:
         return f"another law: friction of {plane.friction * own.asked.true / own.limit.value:.3g}"
     return "" if is_round(rose) else "another law"

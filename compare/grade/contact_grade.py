@@ -9,7 +9,6 @@ import numpy as np
 from tumble.compare.grade.measure.contact_motion import ContactMotion, contact_motion
 from tumble.compare.grade.measure.errors import Measured
 from tumble.compare.grade.measure.significance import LARGEST_NOISE
-from tumble.compare.grade.model.contact_law import after_impact
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.grade.search.contact_search import (
     DIGITS,
@@ -35,6 +34,8 @@ NOTHING_SEEN = "no contact to grade"
 FEWEST, OF_SHIFT, OF_SIZE = 3, 0.01, 1e-5
 # What the scene's law may leave without a look at other laws [units].
 SUSPECT = 0.2
+# What mistakes may leave at most of the misses of a law that nearly fits: with fitted values, and without.
+MUCH_LESS, LESS = 0.25, 0.6
 # A first-order program is off by half a step of what it has gained; a file may be by this many.
 STEP_OFF = 0.6
 # Mistakes of this name must be visible in a file that is called right.
@@ -129,7 +130,10 @@ class ContactGrade:
     @cached_property
     def follows(self) -> bool:
         """Whether everything in the file follows the scene's law, to its step and digits."""
-        return self.shown is None and self.search.null.fits and not self.fits_better
+        search = self.search
+        if self.shown is not None or search.is_empty:
+            return self.shown is None
+        return not self.fits_better if search.null.fits else search.nearly_fits and not self.explains_better
 
     @cached_property
     def fits_better(self) -> bool:
@@ -140,6 +144,15 @@ class ContactGrade:
             return False
         named = [one for one in search.hypotheses if not one.values]
         return any(max(search.fitted(one, search.right).misses) < FAR_LESS * left for one in named)
+
+    @cached_property
+    def explains_better(self) -> bool:
+        """Whether the best explanation leaves much less than the scene's law does."""
+        best, null = self.search.explanations[0], self.search.null
+        # In units that no law changes: viscous friction hides its step, and so has wide ones.
+        return self.search.is_supported(best) and max(best.apart) < (MUCH_LESS if best.rank[1] else LESS) * max(
+            null.apart
+        )
 
     @cached_property
     def by_step(self) -> ContactMistake | None:
@@ -165,6 +178,8 @@ class ContactGrade:
         if self.follows or self.search.is_empty:
             return []
         best, *others = self.search.explanations
+        if not self.search.is_supported(best):
+            return []
         if not best.fits and max(best.misses) > PARTLY * max(self.search.null.misses):
             return []
         alike = [one for one in others if one.fits and one.rank <= best.rank] if best.fits else []
@@ -186,9 +201,13 @@ class ContactGrade:
         return (*self._of_impacts(), *self._of_slides())
 
     def _of_impacts(self) -> Iterator[ContactRow]:
-        law, body = self.search.right, self.motion.scene.body
+        law = self.search.right
         for one in self.search.judged:
-            v, w = after_impact(body, one.before, law)
+            v, w = self.search.after(one, law)
+            if one.chain:
+                speeds = (float(np.linalg.norm(each)) for each in (one.v, v))
+                yield ContactRow(one.time, "speed after impacts of several corners", "m/s", *speeds)
+                continue
             yield ContactRow(one.time, "restitution", "", max(0.0, one.rebound) / one.approach, law.restitution)
             gained, due = (after - one.before.v for after in (one.v, v))
             if gained[2] > 0 and due[2] > 0 and law.friction:

@@ -20,7 +20,8 @@ class ContactHypothesis:
     """A mistake of a contact law.
 
     name: for tables; part: of the law, which has at most one mistake a part; text: for people, with places for the
-    values; change: makes the mistake; values: tried first, () if there are none; parameters: name and unit of each.
+    values; change: makes the mistake; values: tried first, () if there are none; parameters: name and unit of each;
+    is_signed: whether a value may be negative.
     """
 
     name: str
@@ -29,6 +30,7 @@ class ContactHypothesis:
     change: Change
     values: tuple[tuple[float, ...], ...] = ()
     parameters: tuple[tuple[str, str], ...] = ()
+    is_signed: bool = False
 
     def text_with(self, values: tuple[float, ...]) -> str:
         """Return the text with values."""
@@ -40,7 +42,7 @@ def _fields(**fields: object) -> Change:
 
 
 def _set(field: str) -> Change:
-    return lambda law, values: replace(law, **{field: abs(values[0])})
+    return lambda law, values: replace(law, **{field: values[0]})
 
 
 def _tilted(law: ContactLaw, values: tuple[float, ...]) -> ContactLaw:
@@ -213,7 +215,7 @@ def contact_hypotheses(law: ContactLaw, pull: Array, speeds: tuple[float, ...]) 
                 "contact-push-out",
                 "push",
                 "taking a penetration out adds velocity, {} m/s per metre",
-                lambda law, values, laid=laid: replace(law, push=abs(values[0]), laid=laid),
+                lambda law, values, laid=laid: replace(law, push=values[0], laid=laid),
                 _grid(1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4),
                 (("rate", "1/s"),),
             )
@@ -242,6 +244,7 @@ def contact_hypotheses(law: ContactLaw, pull: Array, speeds: tuple[float, ...]) 
             _tilted,
             tuple((x, y) for x in TILTS for y in TILTS if x or y),
             (("tilt-1", ""), ("tilt-2", "")),
+            is_signed=True,
         ),
     ]
     return tuple(found)

@@ -13,12 +13,10 @@ import numpy as np
 
 from tumble.compare.grade.measure.conserved import poses_of
 from tumble.compare.grade.measure.errors import Measured, half_digits
-from tumble.compare.grade.model.contact_law import Approach
-from tumble.compare.grade.model.kernel.coasting import coast
+from tumble.compare.grade.model.contact_law import Approach, after_impacts, free_rotation, right_law
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix, turned_by
 from tumble.scenarios.scene import Scene, frozen_array
-from tumble.solver.body import Body
 from tumble.solver.contact.flight import axes_of
 from tumble.solver.quaternion import from_matrix
 
@@ -96,6 +94,9 @@ class Impact:
     stays : whether it stays on the plane
     sigma_v, sigma_w : uncertainties from the printed digits [m/s], [rad/s]
     single : whether one corner meets the plane alone
+    chain : how long after it other corners may have met the plane before the first row that follows [s]; 0 if by the
+        right law none does. Of a chain, `time` and `before` are of the first touch, v and w of the flight after it
+    lasts, rises : time [s], and greatest height [m], from the flight before it to what follows
     """
 
     time: float
@@ -108,6 +109,9 @@ class Impact:
     sigma_v: float
     sigma_w: float
     single: bool
+    chain: float = 0.0
+    lasts: float = 0.0
+    rises: float = 0.0
 
     @cached_property
     def approach(self) -> float:
@@ -311,16 +315,6 @@ def turned(rotation: Array, q: Array) -> Array:
     return quaternion_product(half, q)
 
 
-def free_rotation(moments: Array, q: Array, w: Array, times: Array) -> tuple[Array, Array]:
-    """Return attitudes, (n, 4), and angular velocities, (n, 3), of free rotation from one state."""
-    a, b, c = moments.tolist()
-    body = Body(1.0, (a, b, c))
-    spins = np.empty((len(times), 14))
-    spins[:, 7:14] = *q, *(moments * (rotation_matrix(q).T @ w))
-    coast(spins, times, body.inverse_moments, body.gyroscopic)
-    return spins[:, 0:4], np.einsum("tij,tj->ti", rotation_matrix(spins[:, 0:4]), spins[:, 4:7] / moments)
-
-
 def impacts_of(
     rows: Rows, scene: Scene, pull: Array, flights: tuple[Flight, ...], lasting: tuple[Lasting, ...]
 ) -> Iterator[Impact]:
@@ -328,12 +322,36 @@ def impacts_of(
     every = sorted((*flights, *lasting), key=lambda one: one.first)
     for one, other in itertools.pairwise(every):
         apart = rows.times[other.first] - rows.times[one.last]
-        # Of a body with corners, two may have met the plane between rows that are further apart.
-        most = GAP if scene.body.radius else 1
-        if isinstance(one, Flight) and apart <= most * rows.spacing_s * 1.01:
-            found = impact_of(rows, scene, pull, one, other)
-            if found is not None:
+        between = rows.low[one.last + 1 : other.first]
+        # A contact that yields may last many rows, in which a ball does not rise above the plane.
+        yields = bool(scene.body.radius) and len(between) and between.max() <= HOP * scene.body.reach
+        if isinstance(one, Flight) and (apart <= GAP * rows.spacing_s * 1.01 or yields):
+            found = chain_of(rows, scene, pull, one, other) or impact_of(rows, scene, pull, one, other)
+            # Of a body with corners, two may have met the plane between rows that are further apart.
+            if found is not None and (scene.body.radius or found.chain or apart <= rows.spacing_s * 1.01):
                 yield found
+
+
+def chain_of(rows: Rows, scene: Scene, pull: Array, one: Flight, other: "Flight | Lasting") -> Impact | None:
+    """Return the impacts of several corners between two rows as one; None if only one meets the plane by the law."""
+    assert scene.plane is not None
+    if scene.body.radius or isinstance(other, Lasting):
+        return None
+    begin, end = float(rows.times[one.last]), float(rows.times[other.first])
+    time = met_surface(rows, scene, pull, one, begin, end)
+    if time is None:
+        return None
+    w, sigma = spin_near(rows, scene, one.last, -1, one.first, time)
+    axes = axes_at(rows, scene, one.last, w, time)
+    lever, second = lowest_point(axes, scene)
+    single = second > LEVEL * scene.body.reach
+    before = Approach(one.at(time, pull)[1], w, axes, lever, 0.0)
+    answer = after_impacts(scene.body, before, right_law(scene.plane), pull, end - time)
+    if answer is None or answer[2] < 2:
+        return None
+    v, (w, sigma_after) = other.at(time, pull)[1], spin_near(rows, scene, other.first, +1, other.last, time)
+    sigma_v = one.sigma + other.sigma
+    return Impact(time, before, v, w, 0.0, np.nan, False, sigma_v, float(sigma + sigma_after), single, end - time)
 
 
 def impact_of(rows: Rows, scene: Scene, pull: Array, one: Flight, other: "Flight | Lasting") -> Impact | None:
@@ -361,18 +379,35 @@ def impact_of(rows: Rows, scene: Scene, pull: Array, one: Flight, other: "Flight
     x, v_before = one.at(time, pull)
     w_before, sigma = spin_near(rows, scene, one.last, -1, one.first, time)
     axes = axes_at(rows, scene, one.last, w_before, time)
-    lever, single = lowest_point(axes, scene)
+    lever, second = lowest_point(axes, scene)
     height = float(x[2] + lever[2])
+    # A program that finds the contact as deep as another corner is above it may solve both at once.
+    single = second > LEVEL * scene.body.reach + max(0.0, -height)
     if isinstance(other, Flight):
         gap = height
         if surface is None:
             late = max(0.0, height) / max(-float((v_before + np.cross(w_before, lever))[2]), 1e-12)
+    lasts = float(rows.times[other.first] - rows.times[one.last])
+    rises = float(rows.low[one.last + 1 : other.first + FIRST_ROWS].max(initial=0.0))
     fall, rise = (-float((v_before + np.cross(w_before, lever))[2]), float((v + np.cross(w, lever))[2]))
     if fall <= 0:
         return None
     depth = max(0.0, -height)
     before = Approach(v_before, w_before, axes, lever, depth, depth * (1 + fall / rise) if rise > 0 else 0.0)
-    return Impact(time, before, v, w, gap, late, isinstance(other, Lasting), sigma_v, float(sigma + sigma_w), single)
+    return Impact(
+        time,
+        before,
+        v,
+        w,
+        gap,
+        late,
+        isinstance(other, Lasting),
+        sigma_v,
+        float(sigma + sigma_w),
+        single,
+        lasts=lasts,
+        rises=rises,
+    )
 
 
 def axes_at(rows: Rows, scene: Scene, row: int, w: Array, time: float) -> Array:
@@ -401,14 +436,13 @@ def met_surface(rows: Rows, scene: Scene, pull: Array, flight: Flight, begin: fl
     return high
 
 
-def lowest_point(axes: Array, scene: Scene) -> tuple[Array, bool]:
-    """Return the lever of the lowest point [m], (3,), and whether no other point is nearly as low."""
+def lowest_point(axes: Array, scene: Scene) -> tuple[Array, float]:
+    """Return the lever of the lowest point [m], (3,), and how much the next one is above it [m]."""
     if scene.body.radius:
-        return np.array((0.0, 0.0, -scene.body.radius)), True
+        return np.array((0.0, 0.0, -scene.body.radius)), np.inf
     levers = scene.body.points @ axes.T
     order = np.argsort(levers[:, 2])
-    second = levers[order[1], 2] - levers[order[0], 2] if len(order) > 1 else np.inf
-    return levers[order[0]], bool(second > LEVEL * scene.body.reach)
+    return levers[order[0]], float(levers[order[1], 2] - levers[order[0], 2]) if len(order) > 1 else np.inf
 
 
 def lying(rows: Rows, scene: Scene, pull: Array) -> np.ndarray:

@@ -3,12 +3,13 @@
 All vectors are in the plane's frame: two axes along the plane, then its normal.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tumble.compare.grade.model.kernel.coasting import coast
 from tumble.compare.grade.model.kernel.sliding import ROUND, impulse_of, slide_along
-from tumble.scenarios.frames import Array, cross_matrix
+from tumble.scenarios.frames import Array, cross_matrix, rotation_matrix
 from tumble.scenarios.scene import Body, Plane, Scene
 from tumble.solver.body import Body as SolverBody
 from tumble.solver.contact.flight import ContactFlight
@@ -20,6 +21,9 @@ INSTANT, WHOLE, AFTER = "instant", "whole", "after"
 # Sweeps of Gauss-Seidel over the normal and the friction of a whole impulse; steps of a motion along the plane.
 SWEEPS, STEPS = 500, 8000
 NORMAL = (0.0, 0.0, 1.0)
+# Impacts between two rows that are followed, at most; times at once, and how often they are divided, to find the next
+# one; a corner is below the plane from this share of the body's reach on.
+MOST_IMPACTS, LOOKS, DIVIDED, BELOW = 4, 16, 5, 1e-9
 
 
 @dataclass(frozen=True)
@@ -112,6 +116,67 @@ def after_impact(body: Body, at: Approach, law: ContactLaw) -> tuple[Array, Arra
     along = np.array((f, g, press))
     torque = np.cross(lever, (0.0, 0.0, press)) + (np.cross(lever, (f, g, 0.0)) if law.torque else 0.0)
     return turn.T @ (v + along / body.mass), turn.T @ (w + inverse @ torque)
+
+
+def after_impacts(
+    body: Body, at: Approach, law: ContactLaw, pull: Array, span: float
+) -> tuple[Array, Array, int] | None:
+    """Return v and w after the impacts of all corners within a time, and how many there are.
+
+    Parameters
+    ----------
+    body : with corners
+    at : at the first impact
+    law : of each impact
+    pull : gravity, plane's frame [m/s2], (3,)
+    span : time from the first impact on [s]
+
+    Returns
+    -------
+    v [m/s], w [rad/s], (3,) each, of the last flight, continued back to the first impact, and the number of impacts;
+    None if there are too many to follow
+    """
+    took, v, w, axes, lever = 0.0, at.v, at.w, at.axes, at.lever
+    for count in range(1, MOST_IMPACTS + 1):
+        v, w = after_impact(body, replace(at, v=v, w=w, axes=axes, lever=lever), law)
+        q = from_matrix(axes[None])[0]
+        met = _next_touch(body, (q, v, w, -float(lever[2])), pull, span - took)
+        if met is None:
+            return v - took * pull, free_rotation(body.moments, q, w, np.array([-took]))[1][0], count
+        turned, spins = free_rotation(body.moments, q, w, np.array([met]))
+        took, v, w, axes = took + met, v + met * pull, spins[0], rotation_matrix(turned)[0]
+        levers = body.points @ axes.T
+        lever = levers[int(np.argmin(levers[:, 2]))]
+    return None
+
+
+def _next_touch(body: Body, state: tuple[Array, Array, Array, float], pull: Array, span: float) -> float | None:
+    """Return when the lowest corner of a free body is below the plane [s], None if not within a time.
+
+    state: q, v, w and the height of the centre.
+    """
+    q, v, w, height = state
+    low, high = 0.0, span
+    for _ in range(DIVIDED):
+        times = np.linspace(low, high, LOOKS + 1)[1:]
+        axes = rotation_matrix(free_rotation(body.moments, q, w, times)[0])
+        lowest = (axes[:, 2, :] @ body.points.T).min(axis=1)
+        below = np.flatnonzero(height + times * v[2] + times**2 / 2 * pull[2] + lowest < -BELOW * body.reach)
+        if not len(below):
+            return None
+        high = float(times[below[0]])
+        low = float(times[below[0] - 1]) if below[0] else low
+    return high
+
+
+def free_rotation(moments: Array, q: Array, w: Array, times: Array) -> tuple[Array, Array]:
+    """Return attitudes, (n, 4), and angular velocities, (n, 3), of free rotation from one state."""
+    a, b, c = moments.tolist()
+    body = SolverBody(1.0, (a, b, c))
+    spins = np.empty((len(times), 14))
+    spins[:, 7:14] = *q, *(moments * (rotation_matrix(q).T @ w))
+    coast(spins, times, body.inverse_moments, body.gyroscopic)
+    return spins[:, 0:4], np.einsum("tij,tj->ti", rotation_matrix(spins[:, 0:4]), spins[:, 4:7] / moments)
 
 
 def _at_each_instant(

@@ -20,30 +20,52 @@ from tumble.compare.grade.hypotheses.contact_mistakes import (
     contact_hypotheses,
 )
 from tumble.compare.grade.measure.contact_motion import ContactMotion, Impact, Lasting
-from tumble.compare.grade.model.contact_law import INSTANT, ContactLaw, after_impact, right_law, slide
-from tumble.scenarios.frames import Array, turned_by
+from tumble.compare.grade.model.contact_law import (
+    INSTANT,
+    Approach,
+    ContactLaw,
+    after_impact,
+    after_impacts,
+    free_rotation,
+    right_law,
+    slide,
+)
+from tumble.scenarios.frames import Array, rotation_matrix, turned_by
 from tumble.solver.contact.flight import axes_of
+from tumble.solver.quaternion import from_matrix
 
 # Velocities after an impact may be off by so many steps of gravity, and by this share.
 STEPS_OFF, SHARE_OFF = 1.5, 3e-4
-# The same of an impact that lasts several steps, as on a stiff spring.
-SOFT = 0.01
+# The same of an impact that lasts several steps, as on a stiff spring; at least this many that are late by one time,
+# within this share, show it.
+SOFT, FEW, ALIKE = 0.02, 3, 0.1
 # Places on a slide may be off by so many steps squared of friction, and by this share of the way.
 SLIDE_OFF, WAY_OFF = 1.5, 1e-3
+# The same in a program whose contacts are less steady: so many units of an impact, this share of the way, at most.
+NEARLY, OF_WAY = 2.0, 0.005
+# Where a motion is known this well, in the units that no law changes, it is late by half a step, of which a row has a
+# whole number within this share, or more than so many; otherwise it misses so many units.
+PRECISE, UNEVEN, MANY, BY_NO_STEP = 10.0, 0.05, 4.0, 2.0
+# Viscous friction hides its step: it is at most this many times as long as seen.
+HIDDEN = 3.0
 # Uncertainties by digits count so many times.
 DIGITS = 4.0
 # Odds against the contacts of a file being all as punctual as they are by chance.
 IMPROBABLE = 100.0
 # The longest step that a program is believed to have [s].
 LONGEST_STEP = 1 / 30
-# Share of a row interval below which a shown step may be none.
-SHORTEST = 0.02
+# Share of a row interval below which a shown step may be none, and is rounding.
+SHORTEST, LEAST_STEP = 0.02, 1e-6
 # A contact later than this many times the usual one is not one impact.
 FAR_LATER = 20.0
+# Speeds below this, over that of a fall by the body's reach, and lengths over the reach, are rounding.
+LEAST, ROUNDING = 1e-6, 1e-12
+# A chain of impacts is compared if a step's delay changes its outcome by this share of what it changes at most.
+STEADY = 0.2
 # Share of the body's reach below which a gap is none.
 TOUCHES = 1e-3
-# A rebound that is shorter than this many rows is not seen.
-SEEN_ROWS = 3.5
+# Programs stop a rebound of fewer steps of gravity than this; rows show at least one part in so many of a hop's height.
+STOPPED, SEEN = 4.0, 8.0
 # Errors above this many units count as so many.
 MOST = 1e9
 # An explanation in part leaves at most this share of the largest miss; one that leaves this share is far better.
@@ -127,6 +149,7 @@ class ContactSearch:
     trials: int = 0
     _known: dict[ContactLaw, tuple[tuple[float, float], ...]] = field(default_factory=dict)
     _parts: dict[tuple, tuple[float, float]] = field(default_factory=dict)
+    _spreads: dict[Impact, tuple[float, float]] = field(default_factory=dict)
 
     @cached_property
     def right(self) -> ContactLaw:
@@ -153,7 +176,7 @@ class ContactSearch:
         off = flight.at(0.0, motion.pull)[1] - self.start_velocity
         step = 2 * abs(float(off @ motion.pull)) / self.strength**2
         sure = 2 * DIGITS * flight.sigma / self.strength
-        if sure > 0.1 * step or step > 1.02 * rows.spacing_s:
+        if sure > 0.1 * step or not LEAST_STEP < step / rows.spacing_s < 1.02:
             return None
         whole = rows.spacing_s / max(1, round(rows.spacing_s / step))
         return whole if abs(whole - step) < 0.02 * step else step
@@ -180,24 +203,57 @@ class ContactSearch:
     def step(self) -> float:
         """The step that errors of impacts are compared with [s]: as seen at the start, or as contacts are late."""
         spacing = min(self.motion.rows.spacing_s, LONGEST_STEP)
-        late = [one.late for one in self.judged if np.isfinite(one.late) and not one.stays]
+        late = [one.late for one in self.alone if np.isfinite(one.late) and not one.stays]
         if self.shown_step is not None:
             return float(min(max([self.shown_step, *late]), 2 * spacing))
         # A contact is late by a random part of a step: that all are this early in a longer one is improbable.
         return float(min(max(late) * IMPROBABLE ** (1 / len(late)), spacing)) if late else spacing
 
     @cached_property
-    def judged(self) -> tuple[Impact, ...]:
-        """The impacts that a law can be held to: of one corner alone.
+    def alone(self) -> tuple[Impact, ...]:
+        """The impacts of one corner alone, after which no other meets the plane before the next row.
 
         Where a contact seems far later than the others, two corners have met the plane between two rows.
         """
-        found = tuple(one for one in self.motion.impacts if one.single)
+        found = tuple(one for one in self.motion.impacts if one.single and not one.chain)
         if self.motion.scene.body.radius or not found:
             return found
         late = [one.late for one in found if np.isfinite(one.late)]
         usual = float(np.median(late)) if late else 0.0
         return tuple(one for one in found if not late or not one.late > FAR_LATER * usual)
+
+    @cached_property
+    def judged(self) -> tuple[Impact, ...]:
+        """The impacts that a law can be held to, in order of time: also chains of them that a step changes little."""
+        chains = [one for one in self.motion.impacts if one.single and one.chain]
+        steady = [one for one in chains if self.spread(one)[0] <= STEADY * np.linalg.norm(one.v - one.before.v)]
+        return tuple(sorted((*self.alone, *steady), key=lambda one: one.time))
+
+    def after(self, one: Impact, law: ContactLaw) -> tuple[Array, Array]:
+        """Return v [m/s] and w [rad/s], (3,) each, after an impact or a chain of them by a law; infinite if unknown."""
+        body = self.motion.scene.body
+        if not one.chain:
+            return after_impact(body, one.before, law)
+        found = after_impacts(body, one.before, law, self.motion.pull, one.chain)
+        return found[:2] if found is not None else (np.full(3, np.inf), np.full(3, np.inf))
+
+    def spread(self, one: Impact) -> tuple[float, float]:
+        """Return what a step of delay changes in v [m/s] and w [rad/s] after a chain of impacts."""
+        if one not in self._spreads:
+            body, pull, at = self.motion.scene.body, self.motion.pull, one.before
+            q = from_matrix(at.axes[None])[0]
+            turned, w = (each[0] for each in free_rotation(body.moments, q, at.w, np.array([self.step])))
+            axes = rotation_matrix(turned[None])[0]
+            levers = body.points @ axes.T
+            late = Approach(at.v + self.step * pull, w, axes, levers[int(np.argmin(levers[:, 2]))], 0.0)
+            found = after_impacts(body, late, self.right, pull, max(0.0, one.chain - self.step))
+            v, w = self.after(one, self.right)
+            self._spreads[one] = (
+                (float(np.linalg.norm(found[0] - self.step * pull - v)), float(np.linalg.norm(found[1] - w)))
+                if found is not None
+                else (np.inf, np.inf)
+            )
+        return self._spreads[one]
 
     @cached_property
     def slid(self) -> tuple[Lasting, ...]:
@@ -206,8 +262,10 @@ class ContactSearch:
 
     @property
     def is_empty(self) -> bool:
-        """Whether the file shows nothing that a law can be held to."""
-        return not self.judged and not self.slid
+        """Whether the file shows nothing that a law can be held to: also a motion after unclear impacts."""
+        motion = self.motion
+        falls = motion.flights and motion.lasting and motion.flights[0].first < motion.lasting[0].first
+        return not self.judged and (not self.slid or bool(falls))
 
     # --- how far a law is off ---------------------------------------------------------------------------------------
 
@@ -236,11 +294,11 @@ class ContactSearch:
     def missed_impact(self, one: Impact, law: ContactLaw) -> tuple[float, float]:
         """Return by how many units a law misses the velocities after an impact, twice."""
         body, spacing = self.motion.scene.body, self.motion.rows.spacing_s
-        v, w = after_impact(body, one.before, law)
+        v, w = self.after(one, law)
         speed, spin = float(np.linalg.norm(one.before.v)), float(np.linalg.norm(one.before.w))
         gained = float(np.linalg.norm(one.v - one.before.v))
-        share = SOFT if self.shown_step is not None and one.late > 2 * self.shown_step else SHARE_OFF
-        step = self.step + (spacing if one.stays else 0.0)
+        share = SOFT if self.is_soft(one) else SHARE_OFF
+        step = self.step + (max(spacing, one.lasts) if one.stays else 0.0)
         turned = 0.0 if body.radius else STEPS_OFF * spin * gained * self.step
         room_v = (
             (STEPS_OFF + self.right.friction) * self.strength * step + DIGITS * one.sigma_v + share * speed + turned
@@ -251,8 +309,12 @@ class ContactSearch:
             + DIGITS * one.sigma_w
             + SHARE_OFF * 3 * (spin + float(np.linalg.norm(one.w)))
         )
+        if one.chain:
+            late_v, late_w = self.spread(one)
+            room_v, room_w = room_v + late_v, room_w + late_w
         off = v - one.v
-        if one.stays and 0 < v[2] < SEEN_ROWS * spacing * self.strength / 2:
+        hop = max(self.strength * spacing / 2, float(np.sqrt(2 * self.strength * SEEN * one.rises)))
+        if one.stays and 0 < v[2] < max(hop, STOPPED * self.strength * self.step):
             off[2] = 0.0
         # A body that stays has no velocity along the normal, whatever the digits: only a step may change the rebound.
         room_n = (STEPS_OFF + self.right.friction) * self.strength * self.step + share * speed if one.stays else room_v
@@ -260,6 +322,16 @@ class ContactSearch:
         deep = law.push * DIGITS * float(np.median(self.motion.rows.half))
         beside = max(float(np.abs(off[:2]).max()) / room_v, float(np.abs(w - one.w).max()) / room_w)
         return max(beside, float(abs(off[2])) / (room_n + deep)), max(beside, float(abs(off[2])) / room_n)
+
+    def is_soft(self, one: Impact) -> bool:
+        """Whether an impact lasts several steps: by the step of the first flight, or as all are late by one time.
+
+        A contact that is found at the end of a step is late by a random part of it.
+        """
+        if self.shown_step is not None:
+            return one.late > 2 * self.shown_step
+        late = [each.late for each in self.alone if not each.stays]
+        return len(late) >= FEW and bool(np.ptp(late) < ALIKE * np.mean(late))
 
     def slide_by(self, one: Lasting, law: ContactLaw) -> SlideRows:
         """Return the rows of a motion along the plane, and the motion by a law from the same start."""
@@ -291,7 +363,7 @@ class ContactSearch:
         rows, body = self.motion.rows, self.motion.scene.body
         found = self.slide_by(one, law)
         half = float(np.median(rows.half[one.first : one.last + 1]))
-        step, shown = min(rows.spacing_s, LONGEST_STEP), 2 * abs(found.late)
+        step, shown = min(rows.spacing_s, LONGEST_STEP), 2 * abs(found.late) * (HIDDEN if law.viscous else 1.0)
         step = shown if SHORTEST * step < shown < step else step
         pull = self.right.friction * self.strength + float(np.linalg.norm(self.motion.pull[:2]))
         way = np.concatenate(((0.0,), np.cumsum(np.linalg.norm(np.diff(found.x, axis=0), axis=1))))
@@ -307,27 +379,73 @@ class ContactSearch:
             max(1, round(float(found.times[-1] - found.times[0]) / step)),
         )
         turned = np.linalg.norm(coarse.x - found.x_on_time, axis=1)
-        room = DIGITS * half + often * pull * step**2 + WAY_OFF * way + turned
+        least = DIGITS * half + ROUNDING * body.reach
+        room = least + often * pull * step**2 + WAY_OFF * way + turned
         off = np.linalg.norm(found.places - found.x, axis=1)
         missed = float((off / room).max())
-        apart = float((off / (DIGITS * half + often * pull * (SHORTEST * rows.spacing_s) ** 2)).max())
+        apart = float((off / (least + often * pull * (SHORTEST * rows.spacing_s) ** 2)).max())
         if body.radius:
-            lever = body.mass * body.radius / float(body.moments[0])
-            room_w = (
-                often * lever * self.right.friction * self.strength * step
-                + DIGITS * 2 * rows.half_turn / float(np.median(np.diff(found.times)))
-                # A body that has sunk in has a shorter lever.
-                + (SHARE_OFF * 3 + min(abs(one.height) / body.radius, SOFT))
-                * float(np.linalg.norm(found.turning, axis=1).max())
-                # The rotation of a row is not the integral of a spin whose axis turns.
-                + float(np.linalg.norm(np.cross(found.turning[1:], found.turning[:-1]), axis=1).max())
-                * rows.spacing_s
-                / 6
-            )
-            spun = float(np.linalg.norm(found.spins - found.turning, axis=1).max()) / room_w
+            spun = self.missed_spin(one, found, step)
             missed, apart = max(missed, spun), max(apart, spun)
+        if apart <= PRECISE and self.is_late_by_no_step(one, found):
+            missed, apart = max(missed, BY_NO_STEP), max(apart, PRECISE)
         crept = self.missed_rest(found.times, found.places, found.x, half)
         return max(missed, crept), max(apart, crept)
+
+    def is_late_by_no_step(self, one: Lasting, found: SlideRows) -> bool:
+        """Whether a motion is late by more than the half of a step that rows are a multiple of may make it."""
+        half_steps = self.motion.rows.spacing_s / max(2 * abs(found.late), np.finfo(float).tiny)
+        return one.from_start and half_steps < MANY and abs(half_steps - round(half_steps)) > UNEVEN * half_steps
+
+    def missed_spin(self, one: Lasting, found: SlideRows, step: float) -> float:
+        """Return by how many units a law misses the spin of a sphere that moves along the plane."""
+        rows, body = self.motion.rows, self.motion.scene.body
+        assert body.radius
+        lever = body.mass * body.radius / float(body.moments[0])
+        often = SLIDE_OFF if one.from_start else 2 + SLIDE_OFF
+        room = (
+            LEAST * np.sqrt(self.strength / body.reach)
+            + often * lever * self.right.friction * self.strength * step
+            + DIGITS * 2 * rows.half_turn / float(np.median(np.diff(found.times)))
+            # A body that has sunk in has a shorter lever.
+            + (SHARE_OFF * 3 + min(abs(one.height) / body.radius, SOFT))
+            * float(np.linalg.norm(found.turning, axis=1).max())
+            # The rotation of a row is not the integral of a spin whose axis turns.
+            + float(np.linalg.norm(np.cross(found.turning[1:], found.turning[:-1]), axis=1).max()) * rows.spacing_s / 6
+        )
+        return float(np.linalg.norm(found.spins - found.turning, axis=1).max()) / room
+
+    @cached_property
+    def nearly_fits(self) -> bool:
+        """Whether the scene's law misses little: twice what a step may change; on the plane, the motion in a row.
+
+        A contact that lifts or tilts the body, or takes hold a step late, changes the path by that much in a program of
+        first order.
+        """
+        if any(self._missed(self.missed_impact, one, self.right)[0] > NEARLY for one in self.judged):
+            return False
+        for one in self.slid:
+            found = self.slide_by(one, self.right)
+            half = float(np.median(self.motion.rows.half[one.first : one.last + 1]))
+            steps = np.linalg.norm(np.diff(found.x, axis=0), axis=1)
+            room = min(float(steps.max()), OF_WAY * float(steps.sum())) + DIGITS * half
+            off = float(np.linalg.norm(found.places - found.x, axis=1).max())
+            if self._missed(self.missed_slide, one, self.right)[0] == BY_NO_STEP:
+                return False
+            if off > room or self.missed_rest(found.times, found.places, found.x, half) > 1:
+                return False
+            spacing = min(self.motion.rows.spacing_s, LONGEST_STEP)
+            if self.motion.scene.body.radius and self.missed_spin(one, found, spacing) > 1:
+                return False
+        return True
+
+    def is_supported(self, one: ContactExplanation) -> bool:
+        """Whether an explanation has fewer fitted values than there are contacts, or explains them all the better.
+
+        A motion along the plane counts twice: it shows a place and an instant.
+        """
+        beyond = one.rank[1] - len(self.judged) - 2 * len(self.slid) + 1
+        return max(one.misses) <= FAR_LESS ** max(0, beyond) * max(self.null.misses)
 
     def missed_rest(self, times: Array, places: Array, x: Array, half: float) -> float:
         """Return by how many units a law misses the speed of a body that rests at the end by the law."""
@@ -338,7 +456,7 @@ class ContactSearch:
             return 0.0
         took = float(times[-1] - times[first])
         own, model = ((one[-1] - one[first]) / took for one in (places, x))
-        room = 2 * DIGITS * half / took + 1e-6 * np.sqrt(self.strength * self.motion.scene.body.reach)
+        room = 2 * DIGITS * half / took + LEAST * np.sqrt(self.strength * self.motion.scene.body.reach)
         return float(np.linalg.norm(own - model)) / room
 
     def _fitted_start(
@@ -381,7 +499,12 @@ class ContactSearch:
             if any(not one.rank[1] and max(one.misses) < FAR_LESS * least for one in others):
                 found = [one for one in found if not one.fits]
             found += others
-        return sorted(found, key=lambda one: (not one.fits, one.rank if one.fits else (0, 0), one.cost))
+
+        def key(one: ContactExplanation) -> tuple:
+            fits = one.fits and self.is_supported(one)
+            return not fits, one.rank if fits else (0, 0), one.cost
+
+        return sorted(found, key=key)
 
     def pairs(self, alone: list[ContactExplanation]) -> Iterator[ContactExplanation]:
         """Yield pairs of mistakes of different parts, of those that help most with all; the best are fitted."""
@@ -423,17 +546,23 @@ class ContactSearch:
         from scipy.optimize import minimize  # slow to load
 
         def explained(values: Array) -> ContactExplanation:
-            at = tuple(values.tolist())
+            at = tuple((values if hypothesis.is_signed else np.abs(values)).tolist())
             return self.explained((*before, ContactMistake(hypothesis, at)), hypothesis.change(best.law, at))
 
-        simplex = np.array([start, *(np.array(start) + np.eye(len(start)) * (0.3 * max(start, key=abs)))])
-        found = minimize(
-            lambda values: explained(values).cost,
-            np.array(start),
-            method="Nelder-Mead",
-            options={"initial_simplex": simplex, "maxfev": 40 * len(start), "xatol": 1e-5, "fatol": 1e-4},
-        )
-        other = explained(found.x)
+        def squares(values: Array) -> float:
+            return float(np.square(np.minimum(explained(values).apart, MOST)).sum())
+
+        def cost(values: Array) -> float:
+            return explained(values).cost
+
+        # Far from the best values a sum of squares leads there; near them, what other mistakes miss must not count.
+        at = np.array(start)
+        for least in (squares, cost) if len(start) > 1 else (cost,):
+            simplex = np.array([at, *(at + np.eye(len(at)) * (0.3 * max(at, key=abs)))])
+            how = {"initial_simplex": simplex, "maxfev": 40 * len(at), "xatol": 1e-5, "fatol": 1e-4}
+            found = minimize(least, at, method="Nelder-Mead", options=how)
+            at = found.x
+        other = explained(at)
         return other if other.cost < best.cost else best
 
     def shown(self) -> ContactMistake | None:
@@ -450,6 +579,9 @@ class ContactSearch:
             for one in self.judged
             if not one.stays and one.gap > 2 * half + TOUCHES * motion.scene.body.reach + one.approach * self.ahead
         ]
+        # Between two rows another corner may have met the plane too, which lifts the point where the flights meet.
+        if not motion.scene.body.radius and 2 * len(early) <= len(self.judged):
+            early = []
         if resting or early:
             return ContactMistake(EARLY, (max(resting or early),))
         return None

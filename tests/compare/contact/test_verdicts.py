@@ -4,11 +4,13 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from tests.support import planted_contact
-from tests.support.planted_contact import BALL, SLIDE
+from tests.support.planted_contact import BALL, ROLL, SLIDE
 from tumble.compare.contact.asked import BY_OWN_LAW
+from tumble.compare.contact.directions import true_slide
 from tumble.compare.contact.findings import contestant_laws, worst_verdict
 from tumble.compare.contact.rows import contact_rows
 from tumble.compare.contact.study import BRIEF, contacts, question
@@ -64,6 +66,21 @@ def test_each_law_of_friction_is_named():
         (stop,) = (row for row in found[method][1] if row.observable == "distance until it stops")
         assert stop.law_error_low <= (factor - 1) * stop.true <= stop.law_error_high
         assert stop.order == pytest.approx(1.0, abs=0.2)
+
+
+def test_a_pyramid_under_a_ball_is_named_by_the_slip_until_it_rolls():
+    scene = scene_of(ROLL, Path("roll.toml"), "roll")
+    found = laws(scene, "right", "diamond", "square", "another-friction")
+    assert {method: law.verdict for method, (law, _) in found.items()} == {
+        **{method: FRICTION[method] for method in ("right", "diamond", "square")},
+        "another-friction": "another law: friction of 0.375",
+    }
+    asked = question(scene, truth(scene))
+    assert asked is not None
+    assert asked.turned is not None
+    slips = asked.turned[1].start[:, 7:10] - 0.1 * np.cross(asked.turned[1].start[:, 10:13], (0.0, 1.0, 0.0))
+    # The contact point goes u^2 / (7 mu g) in every direction.
+    assert np.hypot(slips[:, 0], slips[:, 2]) ** 2 / (7 * 0.3 * 9.81) == pytest.approx(true_slide(scene, asked.whole))
 
 
 def test_each_law_of_restitution_is_named():

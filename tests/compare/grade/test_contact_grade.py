@@ -36,6 +36,18 @@ CORNER = Scene(
     q=(0.8, 0.3, -0.4, 0.33166247903554),
     duration=0.12,
 )
+TWICE = Scene(
+    "corner",
+    0.5,
+    0.0,
+    half=(0.008, 0.008, 0.008),
+    mass=0.005,
+    x=(0.0, 0.03, 0.0),
+    v=(0.5, -1.0, 0.3),
+    w=(10.0, 5.0, -20.0),
+    q=tuple((np.array((0.8, 0.3, -0.4, 0.35)) / np.linalg.norm((0.8, 0.3, -0.4, 0.35))).tolist()),
+    duration=0.04,
+)
 MISTAKES = {
     "contact-restitution-squared": (DROP, "e squared", {}),
     "contact-product-rule": (replace(THROW, mu=0.15), "product rule", {}),
@@ -117,6 +129,39 @@ def test_a_right_program_without_steps_is_right_to_its_digits_and_a_corner_has_b
     # Friction after the normal impulse is another law, where the slip turns in the impact of a corner.
     found = graded(tmp_path, CORNER, Program("steps", 1 / 2000, 2, 7))
     assert (named(found), found.verdict) == (["contact-friction-after-normal"], EXPLAINED_WHOLLY)
+
+
+@pytest.mark.parametrize(("mistake", "name"), [("", None), ("e squared", "contact-restitution-squared")])
+def test_two_corners_that_meet_the_plane_between_two_rows_are_compared_as_one(mistake, name, tmp_path):
+    # The second one follows after 62 us.
+    found = graded(tmp_path, TWICE, Program("steps", 5e-5, 8, 9, mistake=mistake))
+    assert found.contact is not None
+    assert [bool(one.chain) for one in found.contact.motion.impacts] == [True]
+    assert named(found) == ([name] if name else [])
+    assert found.verdict == (EXPLAINED_WHOLLY if name else CORRECT_TO_STEP)
+
+
+def test_a_missing_rebound_is_found_though_it_is_shorter_than_four_rows_or_the_contact_yields(tmp_path):
+    scene, cut = replace(DROP, e=0.31), Program("steps", 1e-3, 10, 7, mistake="bounce threshold", values={"speed": 1.0})
+    assert named(graded(tmp_path, scene, cut)) == ["contact-bounce-threshold"]
+    # A ball that sinks in for 20 rows and comes to rest.
+    program = Program("steps", 1e-3, 2, 9)
+    rows = np.array([rows_of(DROP, program)[0]] * 801)
+    t = np.arange(801) * 0.002
+    met = np.sqrt(2 / 9.81)
+    into = np.maximum(t - met, 0.0)
+    rows[:, 1] = np.where(t < met, 1.1 - 9.81 / 2 * t**2, 0.1 - 9.81 * met * into * np.exp(-into / 0.005))
+    (tmp_path / "log.csv").write_text(written(DROP, program, rows), encoding="utf-8")
+    found = grade_file(str(tmp_path / "log.csv"), scene_of(toml(DROP), tmp_path / "scene.toml", "scene.toml")).pose
+    assert found is not None
+    assert named(found) == ["contact-no-restitution"]
+
+
+def test_a_creep_is_not_taken_for_a_late_start(tmp_path):
+    # A box that slides from rest: viscous friction delays it by a time that is no half of a step of these rows.
+    scene = replace(HOLD, mu=0.36, incline=0.4455, duration=1.1)
+    found = graded(tmp_path, scene, Program("steps", 1 / 600, 10, 8, mistake="creep", values={"speed": 0.01}))
+    assert named(found) == ["contact-creep"]
 
 
 def test_a_corner_that_friction_holds_leaves_the_plane_without_slip_and_energy_is_not_gained():
