@@ -70,6 +70,8 @@ STOPPED, SEEN = 4.0, 8.0
 MOST = 1e9
 # An explanation in part leaves at most this share of the largest miss; one that leaves this share is far better.
 PARTLY, FAR_LESS = 0.1, 0.1
+# Explanations whose misses differ by so many units at most are the same motion.
+SAME = 0.05
 # Mistakes that are tried in pairs with all, and pairs whose values are refined; what fits as well as this is not.
 PAIRED, REFINED, WELL = 4, 6, 0.2
 # The excess of a rebound in steps of gravity that names gravity before the bounce, and how well it must be known.
@@ -117,9 +119,28 @@ class ContactExplanation:
         return bool(self.misses) and max(self.misses) <= 1.0
 
     @property
+    def parts(self) -> set[str]:
+        """The parts of the law that it changes."""
+        return {mistake.hypothesis.part for mistake in self.mistakes}
+
+    @property
     def rank(self) -> tuple[int, int]:
         """How much it assumes: number of mistakes, and of fitted values."""
         return len(self.mistakes), sum(len(mistake.values) for mistake in self.mistakes)
+
+
+def simplest_first(found: list[ContactExplanation]) -> list[ContactExplanation]:
+    """Return explanations, the best first, with friction on the whole impulse before a pyramid that is the same motion.
+
+    A pyramid bounds the impulse as a whole too; where the slip stays along one of its axes, nothing shows the pyramid.
+    """
+    best, *others = found
+    if best.fits and "cone" in best.parts:
+        simpler = best.parts - {"cone"} | {"instant"}
+        for one in others:
+            if one.fits and one.parts == simpler and np.allclose(one.misses, best.misses, rtol=0, atol=SAME):
+                return [one, *(other for other in found if other is not one)]
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -422,7 +443,9 @@ class ContactSearch:
         A contact that lifts or tilts the body, or takes hold a step late, changes the path by that much in a program of
         first order.
         """
-        if any(self._missed(self.missed_impact, one, self.right)[0] > NEARLY for one in self.judged):
+        # A corner's contact, which one turn of a step moves, is allowed for already.
+        most = NEARLY if self.motion.scene.body.radius else 1.0
+        if any(self._missed(self.missed_impact, one, self.right)[0] > most for one in self.judged):
             return False
         for one in self.slid:
             found = self.slide_by(one, self.right)
@@ -504,7 +527,7 @@ class ContactSearch:
             fits = one.fits and self.is_supported(one)
             return not fits, one.rank if fits else (0, 0), one.cost
 
-        return sorted(found, key=key)
+        return simplest_first(sorted(found, key=key))
 
     def pairs(self, alone: list[ContactExplanation]) -> Iterator[ContactExplanation]:
         """Yield pairs of mistakes of different parts, of those that help most with all; the best are fitted."""

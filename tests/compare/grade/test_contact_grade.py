@@ -17,7 +17,7 @@ from tumble.compare.grade.contact_grade import CORRECT_TO_DIGITS, CORRECT_TO_STE
 from tumble.compare.grade.grade import Grade
 from tumble.compare.grade.model.contact_law import Approach, ContactLaw, after_impact
 from tumble.compare.grade.study import grade_file
-from tumble.scenarios.read import scene_of
+from tumble.scenarios.read import read_scene, scene_of
 
 TILT = 0.2
 DROP = Scene("drop", 0.7, 0.0, radius=0.1, x=(0.0, 1.1, 0.0), duration=1.6)
@@ -185,6 +185,19 @@ def test_the_command_prints_observables_and_writes_tables(tmp_path, monkeypatch)
     assert re.search(r"restitution +0\.4[89]\d* +0\.7 ", found.stdout)
     assert "contact-restitution-squared" in (tmp_path / "out/contact-diagnosis.csv").read_text(encoding="utf-8")
     assert (tmp_path / "out/contact-grade.csv").read_text(encoding="utf-8").count("restitution") >= 2
+
+
+def test_the_whole_impulse_is_named_before_a_pyramid_that_in_plane_motion_is_the_same(tmp_path):
+    """PyBullet applies Coulomb's friction to the impulse as a whole; the slip stays on an axis of the pyramid."""
+    shown = command(tmp_path, "scenes", "die-corner-planar")
+    (tmp_path / "planar.toml").write_text(shown.stdout.replace("samples  = 20", "samples  = 125"), encoding="utf-8")
+    flown = command(tmp_path, "run", "planar.toml", "-e", "pybullet:multibody")
+    (tmp_path / "log.csv").write_text(flown.stdout, encoding="utf-8")
+    found = grade_file(str(tmp_path / "log.csv"), read_scene(str(tmp_path / "planar.toml"))).pose
+    assert found is not None
+    assert found.contact is not None
+    names = [one.mistakes[0].hypothesis.name for one in found.contact.explanations]
+    assert names == ["contact-whole-impulse", "contact-pyramid", "contact-pyramid"]
 
 
 def test_a_wrong_flight_is_reported_before_its_contact(tmp_path):
