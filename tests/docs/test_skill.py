@@ -6,7 +6,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
 from patience import PATIENCE_S
 
 from tumble.compare.grade import grade
@@ -40,22 +39,16 @@ def test_it_names_every_verdict_and_every_status():
     assert {status for status in Status if f"`{status}`" not in TEXT} <= {Status.UNTIMED}
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("skill")
-
-
-@pytest.mark.parametrize("number", range(len(BLOCKS)))
-def test_a_block_runs_as_printed(folder, number):
+def test_its_blocks_run_as_printed_one_after_the_other(tmp_path):
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    for command in BLOCKS[number].splitlines():
+    for command in "".join(BLOCKS).splitlines():
         done = subprocess.run(
             command.split(),
-            cwd=folder,
+            cwd=tmp_path,
             env={**os.environ, "PATH": path},
             capture_output=True,
             text=True,
             timeout=2 * PATIENCE_S,
         )
         assert done.returncode == 0, (command, done.stderr)
-        assert all((folder / name).exists() for name in re.findall(r"-o (\S+)", command))
+        assert all((tmp_path / name).exists() for name in re.findall(r"-o (\S+)", command))
