@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tumble.solver.collocation.scheme import Scheme
 from tumble.solver.compilation import inner
-from tumble.solver.forces import Forces
+from tumble.solver.forces import Forces, act
 from tumble.solver.motion import free_slope, load, slope, store
 from tumble.solver.quaternion import Quaternion, conjugate, norm_squared, product, product_vector, stretch
 from tumble.solver.vectors import Vector, dot, times
@@ -69,27 +69,7 @@ def put_wanted(
     """
     for i in range(3):
         store(wanted[i], free_slope(load(stages[i], inverse_moments), inverse_moments, gyroscopic))
-    laws = forces.gravity, forces.tethers, forces.drag, forces.floor
-    return _add_forces(state, slopes, stages, dt, method, inverse_moments, forces, wanted, *laws)
-
-
-@inner
-def _add_forces(
-    state: Array,
-    slopes: Array,
-    stages: Array,
-    dt: float,
-    method: Scheme,
-    inverse_moments: Vector | None,
-    forces: Forces,
-    wanted: Array,
-    gravity: Vector | None,
-    tethers: Array | None,
-    drag: tuple[float | None, float | None] | None,
-    floor: tuple[float, float, float, float, float, float] | None,
-) -> float:
-    """Add what the forces ask for, and return how rough their power is [W]; without forces nothing is compiled."""
-    if gravity is None and tethers is None and drag is None and floor is None:
+    if not act(forces.gravity, forces.tethers, forces.drag, forces.floor):
         return 0.0
     here, pushes = np.empty(13), np.zeros((3, 4))
     roughness = 0.0
