@@ -130,11 +130,11 @@ def true_slide(scene: Scene, whole: WholeRun) -> float:
         return whole.asked[slid(scene)][0].true
     assert scene.plane is not None
     slip = np.linalg.norm(first_slip(scene))
-    return float(slip**2 / (2 * spread(scene) * scene.plane.friction * np.linalg.norm(gravity(scene))))
+    return float(slip**2 / (2 * slip_factor(scene) * scene.plane.friction * np.linalg.norm(gravity(scene))))
 
 
-def spread(scene: Scene) -> float:
-    """Return how many times the centre's acceleration by friction that of the contact point is: 7/2 of a solid ball."""
+def slip_factor(scene: Scene) -> float:
+    """Return the acceleration of the contact point by friction over that of the centre: 7/2 of a solid ball."""
     body = scene.body
     return 1.0 if body.radius is None else float(1 + body.mass * body.radius**2 / np.mean(body.moments))
 

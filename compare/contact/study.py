@@ -15,7 +15,7 @@ from tumble.compare.contact.directions import (
     is_turnable,
     read_slides,
     slid,
-    spread,
+    slip_factor,
     true_slide,
     turned_scene,
 )
@@ -406,6 +406,6 @@ def rose(asked: Question, slides: Sequence[Slide], observations: Sequence[Observ
     if not slides or own is None or asked.whole is None:
         return None
     step_error = abs(own.value - own.limit.value)
-    tolerance = spread(asked.scene) * max(own.limit.high - own.limit.low, own.asked.one_step, 2 * step_error)
+    tolerance = slip_factor(asked.scene) * max(own.limit.high - own.limit.low, own.asked.one_step, 2 * step_error)
     true = true_slide(asked.scene, asked.whole)
     return Rose(asked.step, tuple(slides), true, tolerance if math.isfinite(tolerance) else math.inf)

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from patience import PATIENCE_S
 
+from tumble.compare.grade.grade import SEARCH_S
 from tumble.examples import EXAMPLES
 from tumble.parser import parser
 from tumble.scenarios.read import catalogue
@@ -94,3 +95,8 @@ def test_completion_is_a_script_of_that_shell(shell, tumble, tmp_path):
     if shutil.which(shell):
         (tmp_path / "script").write_text(script)
         subprocess.run([shell, "-n", "script"], cwd=tmp_path, check=True, timeout=PATIENCE_S)
+
+
+def test_the_search_of_grade_stops_after_the_same_time_on_the_command_line_and_in_python():
+    """The command line does not import what it runs before it runs it, so the figure is there twice."""
+    assert parser().parse_args(["grade", "rows.csv", "--scene", "scene"]).search == SEARCH_S

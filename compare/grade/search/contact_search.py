@@ -438,10 +438,11 @@ class ContactSearch:
 
     @cached_property
     def nearly_fits(self) -> bool:
-        """Whether the scene's law misses little: twice what a step may change; on the plane, the motion in a row.
+        """Whether the scene's law misses little.
 
-        A contact that lifts or tilts the body, or takes hold a step late, changes the path by that much in a program of
-        first order.
+        That is what a step may change, of a ball's impact twice that; on the plane, the motion in a row.  A contact
+        that lifts or tilts the body, or takes hold a step late, changes the path by that much in a program of first
+        order.
         """
         # A corner's contact, which one turn of a step moves, is allowed for already.
         most = NEARLY if self.motion.scene.body.radius else 1.0
