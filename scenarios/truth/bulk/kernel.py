@@ -73,7 +73,7 @@ class Group(NamedTuple):
     start; times: pairs, (2, R); here, there: vertices, (2, R, n, 3); input_error: (R,).
     """
 
-    first: Array
+    first: np.ndarray
     start: Array
     half_bits: Array
     changed: Array

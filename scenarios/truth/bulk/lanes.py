@@ -58,9 +58,15 @@ def _repeated(builder: Any, kind: Any, value: Any) -> Any:
     )
 
 
+def instruction(function: Callable) -> Callable[..., Any]:
+    """Let compiled code call what a function returns the instructions of."""
+    return intrinsic(function)
+
+
 def _give_meaning(symbol: Callable, found: types.Type, made: Callable[..., Any], *operands: tuple) -> None:
     """Let an operator of these operands mean an instruction."""
-    infer_global(symbol)(type("Meaning", (ConcreteTemplate,), {"cases": [found(*kinds) for kinds in operands]}))
+    declare: Any = infer_global(symbol)
+    declare(type("Meaning", (ConcreteTemplate,), {"cases": [found(*kinds) for kinds in operands]}))
 
     def lowered(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return made(builder, *(_repeated(builder, *one) for one in zip(signature.args, arguments, strict=True)))
@@ -95,44 +101,44 @@ def _called(name: str, count: int) -> Any:
     return made
 
 
-@intrinsic
+@instruction
 def root_of(typing_context: Any, a: Any) -> Any:
     """Return the square roots."""
     return LANES(LANES), _called("sqrt", 1)
 
 
-@intrinsic
+@instruction
 def whole(typing_context: Any, a: Any) -> Any:
     """Return the nearest whole numbers, of two the even one."""
     return LANES(LANES), _called("rint", 1)
 
 
-@intrinsic
+@instruction
 def below(typing_context: Any, a: Any) -> Any:
     """Return the largest whole numbers that are not above."""
     return LANES(LANES), _called("floor", 1)
 
 
-@intrinsic
+@instruction
 def size(typing_context: Any, a: Any) -> Any:
     """Return the absolute values."""
     return LANES(LANES), _called("fabs", 1)
 
 
-@intrinsic
+@instruction
 def lanes(typing_context: Any, a: Any) -> Any:
     """Return a double in every lane."""
     kind = LANES if a is LANES else types.float64
     return LANES(kind), lambda context, builder, signature, arguments: _repeated(builder, kind, arguments[0])
 
 
-@intrinsic
+@instruction
 def chosen(typing_context: Any, mask: Any, a: Any, b: Any) -> Any:
     """Return a where the mask is true, else b."""
     return LANES(MASK, LANES, LANES), lambda context, builder, signature, arguments: builder.select(*arguments)
 
 
-@intrinsic
+@instruction
 def any_of(typing_context: Any, mask: Any) -> Any:
     """Return whether a mask is true in any lane."""
 
@@ -149,7 +155,7 @@ def _place(context: Any, builder: Any, kind: Any, array: Any, place: Any) -> Any
     return builder.gep(builder.bitcast(data, ir.PointerType(ir.ArrayType(ir.DoubleType(), WIDTH))), [place])
 
 
-@intrinsic
+@instruction
 def load(typing_context: Any, array: Any, place: Any) -> Any:
     """Return lanes out of an array, (..., WIDTH), by their number in it."""
 
@@ -160,7 +166,7 @@ def load(typing_context: Any, array: Any, place: Any) -> Any:
     return LANES(array, types.intp), made
 
 
-@intrinsic
+@instruction
 def store(typing_context: Any, array: Any, place: Any, value: Any) -> Any:
     """Write lanes into an array, (..., WIDTH), by their number in it."""
 
@@ -189,25 +195,25 @@ def _each(function: Callable, count: int) -> Any:
     return made
 
 
-@intrinsic
+@instruction
 def cosine(typing_context: Any, a: Any) -> Any:
     """Return the cosines."""
     return LANES(LANES), _each(math.cos, 1)
 
 
-@intrinsic
+@instruction
 def sine(typing_context: Any, a: Any) -> Any:
     """Return the sines."""
     return LANES(LANES), _each(math.sin, 1)
 
 
-@intrinsic
+@instruction
 def arctangent(typing_context: Any, a: Any) -> Any:
     """Return the angles with these tangents."""
     return LANES(LANES), _each(math.atan, 1)
 
 
-@intrinsic
+@instruction
 def direction(typing_context: Any, y: Any, x: Any) -> Any:
     """Return the angles of the vectors (x, y)."""
     return LANES(LANES, LANES), _each(math.atan2, 2)

@@ -13,7 +13,7 @@ from typing import Any
 from mpmath import MPContext
 from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic, make_attribute_wrapper, models, overload, register_model
+from numba.extending import make_attribute_wrapper, models, overload, register_model
 
 from tumble.scenarios.frames import Array
 from tumble.scenarios.truth.bulk.lanes import (
@@ -22,6 +22,7 @@ from tumble.scenarios.truth.bulk.lanes import (
     chosen,
     cosine,
     direction,
+    instruction,
     lanes,
     load,
     root_of,
@@ -67,7 +68,7 @@ make_attribute_wrapper(LongType, "high", "high")
 make_attribute_wrapper(LongType, "low", "low")
 
 
-@intrinsic
+@instruction
 def _long(typing_context: Any, high: Any, low: Any) -> Any:
     """Return the number high + low."""
 
@@ -82,7 +83,7 @@ def _long(typing_context: Any, high: Any, low: Any) -> Any:
 @inner
 def long(high: Any, low: Any) -> Any:
     """Return the number high + low, of lanes or of doubles for all lanes."""
-    return _long(lanes(high), lanes(low))  # type: ignore[call-arg]
+    return _long(lanes(high), lanes(low))
 
 
 def _give_meaning(symbol: Callable, function: Callable[[Pair, Pair], Pair]) -> None:
@@ -91,7 +92,7 @@ def _give_meaning(symbol: Callable, function: Callable[[Pair, Pair], Pair]) -> N
     @inner
     def made(a: Pair, b: Pair) -> Any:
         high, low = function(a, b)
-        return _long(high, low)  # type: ignore[call-arg]
+        return _long(high, low)
 
     def is_double(a: Any) -> bool:
         return a is LANES or isinstance(a, types.Float)
@@ -118,7 +119,7 @@ for _symbol, _function in (
 
 @overload(operator.neg, strict=False)
 def _negative(a: Any) -> Any:
-    return (lambda a: _long(-a.high, -a.low)) if a is LONG else None  # type: ignore[call-arg]
+    return (lambda a: _long(-a.high, -a.low)) if a is LONG else None
 
 
 def near(a: Any) -> Any:
@@ -149,7 +150,7 @@ def number(kind: Any, high: Any, low: Any) -> Any:
 @overload(number, strict=False)
 def _number(kind: Any, high: Any, low: Any) -> Any:
     if kind is LONG:
-        return lambda kind, high, low: _long(lanes(high), lanes(low))  # type: ignore[call-arg]
+        return lambda kind, high, low: _long(lanes(high), lanes(low))
     return lambda kind, high, low: lanes(high)
 
 
@@ -161,7 +162,7 @@ def where(mask: Any, a: Any, b: Any) -> Any:
 @overload(where, strict=False)
 def _where(mask: Any, a: Any, b: Any) -> Any:
     if a is LONG:
-        return lambda mask, a, b: _long(chosen(mask, a.high, b.high), chosen(mask, a.low, b.low))  # type: ignore[call-arg]
+        return lambda mask, a, b: _long(chosen(mask, a.high, b.high), chosen(mask, a.low, b.low))
     if isinstance(a, types.BaseTuple):
         return lambda mask, a, b: (where(mask, a[0], b[0]), where(mask, a[1], b[1]), where(mask, a[2], b[2]))
     return lambda mask, a, b: chosen(mask, lanes(a), lanes(b))
@@ -193,7 +194,7 @@ def _root(a: Any) -> Any:
         rest, _ = minus((a.high, a.low), two_product(first, first))
         high, low = fast_two_sum(first, rest / (2.0 * first))
         none = a.high == 0.0
-        return _long(chosen(none, lanes(0.0), high), chosen(none, lanes(0.0), low))  # type: ignore[call-arg]
+        return _long(chosen(none, lanes(0.0), high), chosen(none, lanes(0.0), low))
 
     return of_long
 
