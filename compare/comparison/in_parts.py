@@ -22,8 +22,8 @@ from tumble.scenarios.scene import Scene, frozen_array
 from tumble.scenarios.truth import Truth
 
 # Throws that an engine has in its world at a time: some engines take the square of their number, and twice as long for
-# 512.  A method for many throws alone has more: the question itself costs as much as a thousand throws.
-AT_A_TIME, SIDE_BY_SIDE = 128, 4096
+# 512.  A method with a step this fast [ns] has no world; it has more, as the question itself costs as much as many.
+AT_A_TIME, SIDE_BY_SIDE, FAST_NS = 128, 4096, 100
 # Parts whose reference solutions are held at a time: contestants share them.
 SHARED = 4
 
@@ -184,7 +184,7 @@ def part_errors(
     """Return the errors of one contestant in one part; limit_s: of its reference solution [s]."""
     whole, answer = shared.of(running_engine, scene, number, limit_s)
     found, before = Spread(0), number * part_size(scene)
-    pieces = max(1, len(whole.start) // at_a_time(running_engine, whole, method))
+    pieces = max(1, len(whole.start) // at_a_time(running_engine, method))
     for first, last in pairwise(len(whole.start) * piece // pieces for piece in range(pieces + 1)):
         some = slice(first, last)
         piece = replace(whole, start=frozen_array(whole.start[some]))
@@ -198,13 +198,10 @@ def part_errors(
     return replace(found, throws=len(whole.start))
 
 
-def at_a_time(running_engine: RunningEngine, scene: Scene, method: str) -> int:
-    """Return how many throws of a scene a method simulates at a time."""
-    if isinstance(running_engine.info, Failure):
-        return AT_A_TIME
-    one, many = replace(scene, start=frozen_array(scene.start[:1])), running_engine.info.without_use(scene)
-    is_for_many = method in running_engine.info.without_use(one) and method not in many
-    return SIDE_BY_SIDE if is_for_many else AT_A_TIME
+def at_a_time(running_engine: RunningEngine, method: str) -> int:
+    """Return how many throws a method simulates at a time."""
+    info = running_engine.info
+    return AT_A_TIME if isinstance(info, Failure) or info.step_of(method) > FAST_NS else SIDE_BY_SIDE
 
 
 def of_throws(truth: Truth, some: slice) -> Truth:
