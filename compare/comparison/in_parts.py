@@ -14,14 +14,16 @@ from tumble.compare.run.digest import digest
 from tumble.compare.run.execution import EXECUTION
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
+from tumble.compare.run.status import Failure
 from tumble.compare.run.tasks import Task, stream
 from tumble.compare.run.truths import Answer, true_answer
 from tumble.scenarios.ensemble import part_of, part_size, parts_in
 from tumble.scenarios.scene import Scene, frozen_array
 from tumble.scenarios.truth import Truth
 
-# Throws that an engine has in its world at a time: some engines take the square of their number.
-AT_A_TIME = 512
+# Throws that an engine has in its world at a time: some engines take the square of their number, and twice as long for
+# 512.  A method with a step this fast [ns] has no world; it has more, as the question itself costs as much as many.
+AT_A_TIME, SIDE_BY_SIDE, FAST_NS = 128, 4096, 100
 # Parts whose reference solutions are held at a time: contestants share them.
 SHARED = 4
 
@@ -182,7 +184,7 @@ def part_errors(
     """Return the errors of one contestant in one part; limit_s: of its reference solution [s]."""
     whole, answer = shared.of(running_engine, scene, number, limit_s)
     found, before = Spread(0), number * part_size(scene)
-    pieces = max(1, len(whole.start) // AT_A_TIME)
+    pieces = max(1, len(whole.start) // at_a_time(running_engine, method))
     for first, last in pairwise(len(whole.start) * piece // pieces for piece in range(pieces + 1)):
         some = slice(first, last)
         piece = replace(whole, start=frozen_array(whole.start[some]))
@@ -194,6 +196,12 @@ def part_errors(
         if found.has_failed:
             break
     return replace(found, throws=len(whole.start))
+
+
+def at_a_time(running_engine: RunningEngine, method: str) -> int:
+    """Return how many throws a method simulates at a time."""
+    info = running_engine.info
+    return AT_A_TIME if isinstance(info, Failure) or info.step_of(method) > FAST_NS else SIDE_BY_SIDE
 
 
 def of_throws(truth: Truth, some: slice) -> Truth:

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 CONNECT_S = 20
 SETTINGS = {
-    "distributed.worker.daemon": False,  # a daemon could have no processes of its own (dask/distributed#2142)
     "distributed.comm.timeouts.connect": f"{CONNECT_S}s",
 }
 
@@ -117,7 +116,8 @@ def connected(
             found = Workers(client)
             if not found.counted():
                 raise BadCluster(f"--scheduler {address}: no worker came within {CONNECT_S} s")
-            dashboard = client.dashboard_link if "dashboard" in client.scheduler_info()["services"] else "none"
+            is_served = client.run_on_scheduler(has_dashboard())
+            dashboard = client.dashboard_link if is_served else "none, bokeh is missing or it is switched off"
             log.info(f"{found} of {address or 'this machine'}; dashboard: {dashboard}")
             yield Cluster(client, found)
         finally:
@@ -145,6 +145,17 @@ def first_death_reported() -> Callable[..., None]:
         dask_scheduler.add_plugin(Reporting(), name="tumble", idempotent=True)
 
     return report
+
+
+def has_dashboard() -> Callable[..., bool]:
+    """Return what asks a scheduler whether it serves pages: without bokeh it has a port and one page, which says so."""
+
+    def serves(dask_scheduler: Any = None) -> bool:
+        from importlib.util import find_spec
+
+        return "dashboard" in dask_scheduler.services and find_spec("bokeh") is not None
+
+    return serves
 
 
 def check_address(address: str, tls: Mapping[str, str], is_insecure: bool) -> None:

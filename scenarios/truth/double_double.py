@@ -9,7 +9,7 @@ Hida, Li & Bailey, "Algorithms for quad-double precision floating point arithmet
 from typing import Any
 
 import numpy as np
-from numba import types
+from llvmlite import ir
 from numba.extending import intrinsic
 
 from tumble.scenarios.frames import Array
@@ -21,9 +21,14 @@ Pair = tuple[float, float]
 
 @intrinsic
 def fma(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
-    """Return a b + c, rounded once."""
-    signature = types.float64(types.float64, types.float64, types.float64)
-    return signature, lambda context, builder, signature, arguments: builder.fma(*arguments)
+    """Return a b + c, rounded once; of doubles, or of vectors of doubles."""
+
+    def made(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        kind = arguments[0].type
+        name = f"llvm.fma.v{kind.count}f64" if isinstance(kind, ir.VectorType) else "llvm.fma.f64"
+        return builder.call(builder.module.declare_intrinsic(name, fnty=ir.FunctionType(kind, [kind] * 3)), arguments)
+
+    return a(a, a, a), made
 
 
 @inlined

@@ -77,7 +77,7 @@ def test_errors_are_what_they_are_said_to_be(case):
     scene = a_scene(body, starts, end)
     mp = MPContext()
     mp.prec = bulk.BITS
-    inputs = bulk.signed(bodies(mp, readings(scene, 0), np.array((scene.rows, 0 * scene.rows))))
+    inputs = bulk.signed(bodies(mp, readings(scene, 0), np.array((scene.rows, 0 * scene.rows))[..., np.newaxis]))
     vertices, _, floor = bulk.simulate(bulk.as_written(scene.start[:1]), inputs)
     off = bulk.off_by(mp, scene, 0, vertices[:, :, 0])
     assert (off <= bulk.SHARE_OF_FLOOR * floor[:, 0]).all()

@@ -31,13 +31,13 @@ def readings(scene: Scene, row: int) -> Readings:
 def bodies(mp: Any, read: Readings, times: Array) -> Bodies:
     """Return the bodies of the readings, and the times by their clocks.
 
-    mp: mpmath context, whose precision is that of the principal axes; times: pairs, (2, R) [s].
+    mp: mpmath context, whose precision is that of the principal axes; times: pairs, (2, R, N or 1) [s].
     """
     values = [[_values(mp, throw) for throw in throws] for throws in read]
     numbers, points = (np.array([[one[part] for one in each] for each in values]) for part in range(2))
     clocks = [[float(throw.times[-1] / read[0][0].times[-1]) for throw in throws] for throws in read]
     # Only the first of each keeps all digits, and needs them.
-    return Bodies(numbers, points, np.array(clocks)[..., np.newaxis, np.newaxis] * times)
+    return Bodies(numbers, points, np.array(clocks)[..., np.newaxis, np.newaxis, np.newaxis] * times)
 
 
 def _values(mp: Any, throw: Throw) -> tuple[Array, Array]:

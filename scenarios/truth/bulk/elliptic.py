@@ -4,12 +4,11 @@ The formulas and their sources are those of `tumble.scenarios.truth.elliptic`.  
 so that no inverse function is needed but once a throw.
 """
 
-from typing import NamedTuple
-
-import numpy as np
+from typing import Any, NamedTuple
 
 from tumble.scenarios.frames import Array
-from tumble.scenarios.truth.bulk.number import Number, bits, cos_sin, near, number, rest, root
+from tumble.scenarios.truth.bulk.lanes import any_of, arctangent, lanes, load, size, store
+from tumble.scenarios.truth.bulk.number import Number, bits, cos_sin, near, number, rest, root, where
 from tumble.scenarios.truth.compilation import inner
 
 # More steps than the means, or a duplication, take for any modulus that doubles can hold.
@@ -44,37 +43,47 @@ def opposite(a: Unit) -> Unit:
 
 
 @inner
-def means_of(kprime: Number, means: Array) -> tuple[Number, int]:
-    """Return the arithmetic-geometric mean of 1 and k', and how many steps to it are written to means, (MOST, 4)."""
+def means_of(kprime: Number, means: Array) -> tuple[Number, Any, int]:
+    """Return the arithmetic-geometric mean of 1 and k', how many steps to it are written, and the most of any lane.
+
+    means: room, (MOST, 4, WIDTH).
+    """
     arithmetic, geometric = number(kprime, 1.0, 0.0), kprime
-    gap, count = 1.0, 0
-    while gap > near(arithmetic) * 2.0 ** (-(bits(kprime) // 2)) and count < MOST:
-        means[count, 0], means[count, 1] = near(arithmetic), rest(arithmetic)
-        means[count, 2], means[count, 3] = near(geometric), rest(geometric)
-        gap, count = abs(near(arithmetic - geometric)), count + 1
-        arithmetic, geometric = (arithmetic + geometric) * 0.5, root(arithmetic * geometric)
-    return arithmetic, count
+    gap, count, steps = lanes(1.0), lanes(0.0), 0
+    near_enough = 2.0 ** (-(bits(kprime) // 2))
+    going = gap > near(arithmetic) * near_enough
+    while any_of(going) and steps < MOST:
+        store(means, 4 * steps, near(arithmetic))
+        store(means, 4 * steps + 1, rest(arithmetic))
+        store(means, 4 * steps + 2, near(geometric))
+        store(means, 4 * steps + 3, rest(geometric))
+        gap, count, steps = size(near(arithmetic - geometric)), where(going, count + 1.0, count), steps + 1
+        arithmetic, geometric = (
+            where(going, (arithmetic + geometric) * 0.5, arithmetic),
+            where(going, root(arithmetic * geometric), geometric),
+        )
+        going = going & (gap > near(arithmetic) * near_enough)
+    return arithmetic, count, steps
 
 
 @inner
-def jacobi(u: Number, mean: Number, means: Array, count: int) -> Amplitude:
+def jacobi(u: Number, mean: Number, means: Array, count: Any, steps: int) -> Amplitude:
     """Return Jacobi's functions at u within a quarter period of 0, by Landen's descending steps on cs = cn/sn."""
     cos, sin = cos_sin(mean * u)
-    dn = number(u, 1.0, 0.0)
-    if near(sin) == 0.0:
-        return Amplitude(sin, cos, dn)
-    mean_below, cs = mean, mean * cos / sin
-    for step in range(count - 1, -1, -1):
-        arithmetic = number(u, means[step, 0], means[step, 1])
-        geometric = number(u, means[step, 2], means[step, 3])
+    one = number(u, 1.0, 0.0)
+    dn, mean_below, cs = one, mean, mean * cos / sin
+    for step in range(steps - 1, -1, -1):
+        arithmetic = number(u, load(means, 4 * step), load(means, 4 * step + 1))
+        geometric = number(u, load(means, 4 * step + 2), load(means, 4 * step + 3))
         ratio = cs * cs / mean_below
-        cs = cs * dn
-        dn = (geometric + ratio) / (arithmetic + ratio)
-        mean_below = arithmetic
+        is_own = count > 1.0 * step
+        cs = where(is_own, cs * dn, cs)
+        dn = where(is_own, (geometric + ratio) / (arithmetic + ratio), dn)
+        mean_below = where(is_own, arithmetic, mean_below)
     sn = 1.0 / root(1.0 + cs * cs)
-    if near(sin) < 0.0:
-        sn = -sn
-    return Amplitude(sn, cs * sn, dn)
+    sn = where(near(sin) < 0.0, -sn, sn)
+    none = near(sin) == 0.0
+    return Amplitude(where(none, sin, sn), where(none, cos, cs * sn), where(none, one, dn))
 
 
 @inner
@@ -82,13 +91,16 @@ def first_kind(x: Number, y: Number, z: Number) -> Number:
     """Return RF(x, y, z) by Carlson's duplication; last term to the 7th degree: DLMF 19.36.1."""
     mean = (x + y + z) / 3.0
     X, Y = mean - x, mean - y
-    spread = max(abs(near(X)), abs(near(Y)), abs(near(mean - z))) * 2.0 ** (bits(x) / 8 + 1)
-    share = 1.0
-    while share * spread > near(mean):
+    spread = larger(size(near(X)), size(near(Y)), size(near(mean - z))) * 2.0 ** (bits(x) / 8 + 1)
+    share = lanes(1.0)
+    going = spread > near(mean)
+    while any_of(going):
         root_x, root_y, root_z = root(x), root(y), root(z)
         shift = root_x * root_y + root_y * root_z + root_z * root_x
-        x, y, z, mean = (x + shift) * 0.25, (y + shift) * 0.25, (z + shift) * 0.25, (mean + shift) * 0.25
-        share *= 0.25
+        x, y = where(going, (x + shift) * 0.25, x), where(going, (y + shift) * 0.25, y)
+        z, mean = where(going, (z + shift) * 0.25, z), where(going, (mean + shift) * 0.25, mean)
+        share = where(going, share * 0.25, share)
+        going = going & (share * spread > near(mean))
     X, Y = X * share / mean, Y * share / mean
     Z = -(X + Y)
     E2, E3 = X * Y - Z * Z, X * Y * Z
@@ -101,35 +113,60 @@ def first_kind(x: Number, y: Number, z: Number) -> Number:
 
 
 @inner
-def third_kind_angle(x: Number, y: Number, p: Number, size: Number, angles: Array) -> tuple[Unit, float]:
-    """Return the angle (size / 3) RJ(x, y, 1, p), for 1 >= x, y >= 0 and p > 1, and about how many radians it is.
+def larger(a: Any, b: Any, c: Any) -> Any:
+    """Return the largest of three doubles."""
+    most = where(b > a, b, a)
+    return where(c > most, c, most)
 
-    size: sqrt((p - x)(p - y)(p - 1)); angles: room, (MOST, 2).  Carlson's duplication; the angles whose tangents it
-    sums, each twice the one before, are put together by doubling what there is and adding the next.
+
+@inner
+def third_kind_angle(x: Number, y: Number, p: Number, scale: Number, angles: Array) -> tuple[Unit, Any, int]:
+    """Return the angle (scale / 3) RJ(x, y, 1, p), for 1 >= x, y >= 0 and p > 1, what its last part is, and the steps.
+
+    scale: sqrt((p - x)(p - y)(p - 1)); angles: room, (MOST, 2, WIDTH).  Carlson's duplication; the angles whose
+    tangents it sums, each twice the one before, are put together by doubling what there is and adding the next.
     """
-    z = number(x, 1.0, 0.0)
+    one, none = number(x, 1.0, 0.0), number(x, 0.0, 0.0)
+    z = one
     mean = (x + y + z + p * 2.0) / 5.0
     X, Y, Z = mean - x, mean - y, mean - z
-    spread = max(abs(near(X)), abs(near(Y)), abs(near(Z)), abs(near(mean - p))) * 2.0 ** (bits(x) / 8 + 1)
-    share, part, about, count = 1.0, 1.0, 0.0, 0
-    while share * spread > near(mean) and count < MOST:
+    spread = larger(size(near(X)), size(near(Y)), size(near(Z)))
+    spread = larger(spread, size(near(mean - p)), spread) * 2.0 ** (bits(x) / 8 + 1)
+    share, part, count, steps = lanes(1.0), lanes(1.0), lanes(0.0), 0
+    going = spread > near(mean)
+    while any_of(going) and steps < MOST:
         root_x, root_y, root_z, root_p = root(x), root(y), root(z), root(p)
-        tangent = size * part / ((root_p + root_x) * (root_p + root_y) * (root_p + root_z))
-        angles[count, 0], angles[count, 1] = near(tangent), rest(tangent)
-        about += 2.0 ** (count + 1) * np.arctan(near(tangent))
+        tangent = scale * part / ((root_p + root_x) * (root_p + root_y) * (root_p + root_z))
+        tangent = where(going, tangent, none)
+        store(angles, 2 * steps, near(tangent))
+        store(angles, 2 * steps + 1, rest(tangent))
         shift = root_x * root_y + root_y * root_z + root_z * root_x
-        x, y, z, p = (x + shift) * 0.25, (y + shift) * 0.25, (z + shift) * 0.25, (p + shift) * 0.25
-        mean = (mean + shift) * 0.25
-        share, part, count = share * 0.25, part * 0.125, count + 1
-    total = Unit(number(x, 1.0, 0.0), number(x, 0.0, 0.0))
-    for step in range(count - 1, -1, -1):
-        total = summed(total, total)
-        total = summed(total, Unit(number(x, 1.0, 0.0), number(x, angles[step, 0], angles[step, 1])))
+        x, y = where(going, (x + shift) * 0.25, x), where(going, (y + shift) * 0.25, y)
+        z, p = where(going, (z + shift) * 0.25, z), where(going, (p + shift) * 0.25, p)
+        mean = where(going, (mean + shift) * 0.25, mean)
+        share, part = where(going, share * 0.25, share), where(going, part * 0.125, part)
+        count, steps = where(going, count + 1.0, count), steps + 1
+        going = going & (share * spread > near(mean))
+    total = Unit(one, none)
+    for step in range(steps - 1, -1, -1):
+        doubled = summed(total, total)
+        doubled = summed(doubled, Unit(one, number(x, load(angles, 2 * step), load(angles, 2 * step + 1))))
+        is_own = count > 1.0 * step
+        total = Unit(where(is_own, doubled.cos, total.cos), where(is_own, doubled.sin, total.sin))
     total = summed(total, total)
     length = root(total.cos * total.cos + total.sin * total.sin)
-    left = size * share / (mean * root(mean)) * near_mean(X * share / mean, Y * share / mean, Z * share / mean) / 3.0
+    left = scale * share / (mean * root(mean)) * near_mean(X * share / mean, Y * share / mean, Z * share / mean) / 3.0
     cos, sin = cos_sin(left)
-    return summed(Unit(total.cos / length, total.sin / length), Unit(cos, sin)), about + near(left)
+    return summed(Unit(total.cos / length, total.sin / length), Unit(cos, sin)), near(left), steps
+
+
+@inner
+def about(angles: Array, steps: int, left: Any) -> Any:
+    """Return about how many radians the angle is whose parts `third_kind_angle` has written."""
+    total = lanes(0.0)
+    for step in range(steps):
+        total = total + 2.0 ** (step + 1) * arctangent(load(angles, 2 * step))
+    return total + left
 
 
 @inner

@@ -38,11 +38,13 @@ def one_flight(mp: Any, scene: Scene, row: int) -> Flights | None:
     for number, (begin, end) in enumerate(zip([0.0, *ends], [*ends, np.inf], strict=True)):
         within = slice(*np.searchsorted(rows, (begin, end)).tolist())
         if within.start < within.stop:
-            body = bodies(mp, read, _since(rows[within], begin))
+            body = bodies(mp, read, _since(rows[within], begin)[:, np.newaxis])
             starts = np.array([[each[number] for each in throws] for throws in changed])
             inputs = Inputs(body, np.array(SHARES), np.empty((0, STATE)), starts)
-            part = simulate(begun[number][np.newaxis], inputs)
-            vertices[:, within], states[within], input_error[within] = part
+            # As many throws as instants, of one instant each.
+            part = simulate(np.repeat(begun[number][np.newaxis], within.stop - within.start, axis=0), inputs)
+            vertices[:, within], states[within] = part[0].swapaxes(1, 2), part[1].swapaxes(0, 1)
+            input_error[within] = part[2].T
     input_error[~np.isfinite(vertices.sum(axis=(0, 3, 4)) + states.sum(axis=2))] = np.nan
     sample = np.union1d([0], drawn(input_error.T))
     brief = replace(scene, times=rows[sample])

@@ -5,6 +5,7 @@ import os
 import subprocess
 from functools import partial
 from pathlib import Path
+from urllib.request import urlopen
 
 import pytest
 from dask import config
@@ -185,3 +186,9 @@ def test_a_cluster_over_tls_runs_tasks_for_who_has_its_certificates(engine, tmp_
                 pass
         with pytest.raises(BadCluster, match="cannot be reached"), connected(address.replace("tls", "tcp"), None, {}):
             pass
+
+
+def test_the_dashboard_is_linked_only_where_it_is_served(workers):
+    with urlopen(workers.client.dashboard_link, timeout=5) as page:
+        is_served = b"needs bokeh" not in page.read()
+    assert workers.client.run_on_scheduler(cluster.has_dashboard()) is is_served
