@@ -24,8 +24,8 @@ BITS, AT_A_TIME = 424, 2**18
 # seen, of brick, needle and near-symmetric bodies, near the axes and the separatrix, for 1 to 1e9 radians.
 SHARE_OF_FLOOR = 2.0**-36
 # How many throws, or instants, are drawn to be worked out again with as many digits as it takes, besides the most
-# delicate one; and at how many instants of each throw.  One of either costs as much as 1500 throws of the loop.
-SAMPLE, INSTANTS = 4, 4
+# delicate one; and at how many instants of each throw.
+SAMPLE, INSTANTS = 16, 4
 
 
 class Flights(NamedTuple):
