@@ -1,7 +1,7 @@
 """Two tiers: `make test` runs every quick test and a part of the slow ones, `make test-rest` the others.
 
 tests/slow.txt lists slow tests, a function a line.  Of each, `--quick` runs the first case where `first` stands behind
-it, and of the other cases one in thirty, others with each commit; none where `rest` does.  A test that is slow and not
+it, and of the other cases one in sixty, others with each commit; none where `rest` does.  A test that is slow and not
 listed fails, if it is slow a second time too: what is compiled or imported once counts for no test.
 """
 
@@ -20,7 +20,7 @@ LIST = ROOT / "tests" / "slow.txt"
 # Processor time that a test may take which is not listed [s], where `a_fixed_amount_of_work` takes WORK_S.
 MOST_S = 3.0
 WORK_S = 0.0175
-PARTS = 30
+PARTS = 60
 taken = pytest.StashKey[float]()
 
 
@@ -133,5 +133,5 @@ def pytest_terminal_summary(terminalreporter, config: pytest.Config) -> None:
     if config.getoption("--quick") and "PYTEST_XDIST_WORKER" not in os.environ:
         count = len(slow_tests())
         terminalreporter.write_line(
-            f"left out: 29 of 30 cases of {count} slow tests (tests/slow.txt); `make test-all` runs them"
+            f"left out: {PARTS - 1} of {PARTS} cases of {count} slow tests (tests/slow.txt); `make test-all` runs them"
         )
