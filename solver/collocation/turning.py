@@ -4,6 +4,9 @@ L does not depend on q, so that Newton's method has three equations a stage; giv
 are linear, and are eliminated as quaternions.  The slopes are those that `newton` finds, to rounding.
 """
 
+# The pair of eigenvalues is complex, in functions that are written for real numbers.
+# pyright: reportArgumentType=false
+
 import math
 
 import numpy as np
