@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from tumble.solver.compilation import scalar
 from tumble.solver.quaternion import Quaternion, rotate, rotate_back
-from tumble.solver.vectors import Vector, add, cross, times
+from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,19 @@ def momentum_rate(l_body: Vector, gyroscopic: Vector) -> Vector:
 def products(l_body: Vector) -> Vector:
     """Return L2 L3, L3 L1 and L1 L2 [(kg m2/s)2]: dL/dt for `Body.gyroscopic` times as much."""
     return (l_body[1] * l_body[2], l_body[2] * l_body[0], l_body[0] * l_body[1])
+
+
+@scalar
+def momentum_resolved(l_body: Vector, gyroscopic: Vector, right: Vector) -> Vector:
+    """Return the d of d - D d = right, where D is the derivative of `momentum_rate` at l_body, by Cramer's rule.
+
+    gyroscopic: times a step, so that D is a number; it and right may be complex.
+    """
+    (a, b, c), (x, y, z) = gyroscopic, l_body
+    row1, row2, row3 = (1.0, -a * z, -a * y), (-b * z, 1.0, -b * x), (-c * y, -c * x, 1.0)
+    minor1, minor2, minor3 = cross(row2, row3), cross(row3, row1), cross(row1, row2)
+    sum_of_minors = add(scale(right[0], minor1), add(scale(right[1], minor2), scale(right[2], minor3)))
+    return scale(1.0 / dot(row1, minor1), sum_of_minors)
 
 
 @scalar

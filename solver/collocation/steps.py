@@ -23,24 +23,12 @@ from tumble.solver.vectors import Vector
 Array = NDArray[np.float64]
 Columns = NDArray[np.int64]
 
-# What is stepped of a state x, q, v, L_body: all of it, or only what moves, or only what turns.
+# What is stepped of a state x, q, v, L_body: all of it, or only what moves.
 WHOLE = np.arange(13)
 PLACE = np.array([0, 1, 2, 7, 8, 9])
-SPIN = np.array([3, 4, 5, 6, 10, 11, 12])
 
 # The least part of a step, and how many may be tried.
 LEAST_PART, MOST_PARTS = 2.0**-40, 2**14
-
-
-def turn(spins: Array, n: int, dt: float, method: Scheme, inverse_moments: Vector, gyroscopic: Vector | None) -> None:
-    """Take n steps of dt [s] of the rotation alone, with no torque.
-
-    spins: q, then L in body axes, (N, 7), altered in place; nan where a step was not found.
-    """
-    rows = np.zeros((len(spins), 14))
-    rows[:, SPIN] = spins
-    _collocate(rows, n, dt, SPIN, method, 1.0, inverse_moments, gyroscopic, Forces(1.0))
-    spins[:] = rows[:, SPIN]
 
 
 def integrate(
@@ -102,20 +90,30 @@ def _advance(
     """Take one step, in halves where it must be, and return whether all of it was found; if not the state is nan."""
     done, part = 0.0, 1.0
     for _ in range(MOST_PARTS):
-        if found(state, slopes, part * dt, columns, method, reach, inverse_moments, gyroscopic, forces):
+        is_found = found(state, slopes, part * dt, columns, method, reach, inverse_moments, gyroscopic, forces)
+        if is_found:
             for a in columns:
                 state[a] += part * dt * weighted(method.weights, slopes, a)
             state[3], state[4], state[5], state[6] = normalise((state[3], state[4], state[5], state[6]))
-            done += part
-            if done == 1.0:
-                return True
-            # Back to the longest part that begins here.
-            while part < 1.0 and done % (2.0 * part) == 0.0:
-                part *= 2.0
-        elif part > LEAST_PART:
-            part /= 2.0
-        else:
+        done, part = next_part(done, part, is_found)
+        if done == 1.0:
+            return True
+        if part == 0.0:
             break
     for a in columns:
         state[a] = math.nan
     return False
+
+
+@inner
+def next_part(done: float, part: float, found: bool) -> tuple[float, float]:
+    """Return how much of a step is done, and the part to try next: half of one that was not found, 0 after the least.
+
+    After one that was found it is the longest that begins there.
+    """
+    if not found:
+        return done, part / 2.0 if part > LEAST_PART else 0.0
+    done += part
+    while part < 1.0 and done % (2.0 * part) == 0.0:
+        part *= 2.0
+    return done, part

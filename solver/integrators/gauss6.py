@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.solver.collocation.scheme import scheme
-from tumble.solver.collocation.steps import integrate, turn
+from tumble.solver.collocation.steps import integrate
+from tumble.solver.collocation.turning import turn
 from tumble.solver.forces import Forces
 from tumble.solver.vectors import Vector
 

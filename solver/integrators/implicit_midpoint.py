@@ -5,11 +5,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.solver.body import momentum_rate
+from tumble.solver.body import momentum_rate, momentum_resolved
 from tumble.solver.compilation import inner, kernel
 from tumble.solver.quaternion import Quaternion, normalise, product
 from tumble.solver.spins import load, store
-from tumble.solver.vectors import Vector, add, cross, dot, scale, times
+from tumble.solver.vectors import Vector, add, dot, scale, times
 
 # Newton's correction falls quadratically: one of this size, relative to L, was the last that doubles can see.
 SMALL = 1e-10
@@ -19,25 +19,16 @@ FURTHEST, MOST_TRIALS = 0.2, 1000
 
 
 @inner
-def _solved(row1: Vector, row2: Vector, row3: Vector, right: Vector) -> Vector:
-    """Return the solution of three linear equations by Cramer's rule."""
-    minor1, minor2, minor3 = cross(row2, row3), cross(row3, row1), cross(row1, row2)
-    sum_of_minors = add(scale(right[0], minor1), add(scale(right[1], minor2), scale(right[2], minor3)))
-    return scale(1.0 / dot(row1, minor1), sum_of_minors)
-
-
-@inner
 def _newton(start: Vector, half_gyroscopic: Vector, near: Vector) -> tuple[Vector, bool]:
     """Return the L that solves L = start + dt/2 L x w, by Newton's method, and whether that converged.
 
     half_gyroscopic: dt/2 times `tumble.solver.body.Body.gyroscopic`.  near: where to begin.
     """
     x, y, z = middle = near
-    a, b, c = half_gyroscopic
     for _ in range(ITERATIONS):
         rate = momentum_rate(middle, half_gyroscopic)
         missing = (start[0] + rate[0] - x, start[1] + rate[1] - y, start[2] + rate[2] - z)
-        correction = _solved((1.0, -a * z, -a * y), (-b * z, 1.0, -b * x), (-c * y, -c * x, 1.0), missing)
+        correction = momentum_resolved(middle, half_gyroscopic, missing)
         x, y, z = middle = add(middle, correction)
         if dot(correction, correction) <= SMALL * SMALL * dot(middle, middle):
             return middle, True

@@ -201,6 +201,19 @@ def test_an_adaptive_method_that_computes_too_long_is_told_so(tmp_path):
     assert str(found).startswith("timeout: 1000 s of motion would take 5"), found
 
 
+def test_an_adaptive_method_that_would_not_end_is_not_waited_for(tmp_path):
+    """A microsecond a radian: 1/256 of 1e16 rad would take a year, and is never asked for."""
+    busy = """w = np.linalg.norm(world["states"][0, 10:13])
+    end = time.process_time() + 1e-6 * w * n * dt
+    while time.process_time() < end: pass"""
+    text = STEADY.replace("import time", "import time\nimport numpy as np").replace("time.sleep(LATE_S)", busy)
+    (tmp_path / "mine.py").write_text(text)
+    with launched([str(tmp_path / "mine.py")], 5.0) as (running_engine,):
+        found = too_long(running_engine, "tastes", CASES["impulse-1e15"], 0.25)
+    assert "s of motion would take 1" in str(found), found
+    assert float(str(found).split("take ")[1].split(" s")[0]) > 1e9
+
+
 def test_a_long_flight_takes_no_more_memory():
     engine = import_module("tumble.compare.engines.tumble")
     scene = CASES["steps-1e8"]
