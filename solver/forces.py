@@ -68,17 +68,6 @@ def only_gravity(forces: Forces) -> bool:
     return all(getattr(forces, law) is None for law in LAWS if law != "gravity")
 
 
-@inner
-def act(
-    gravity: Vector | None,
-    tethers: Array | None,
-    drag: tuple[float | None, float | None] | None,
-    floor: tuple[float, float, float, float, float, float] | None,
-) -> bool:
-    """Return whether any force acts: of none, the compiler leaves out what a kernel does with forces."""
-    return not (gravity is None and tethers is None and drag is None and floor is None)
-
-
 def gives_torque(forces: Forces, turning: bool) -> bool:
     """Return whether forces can turn the body, or depend on how it is turned; turning: whether it spins as it is.
 

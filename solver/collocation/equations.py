@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tumble.solver.collocation.scheme import Scheme
 from tumble.solver.compilation import inner
-from tumble.solver.forces import Forces, act
+from tumble.solver.forces import Forces
 from tumble.solver.motion import free_slope, load, slope, store
 from tumble.solver.quaternion import Quaternion, conjugate, norm_squared, product, product_vector, stretch
 from tumble.solver.vectors import Vector, dot, times
@@ -69,8 +69,6 @@ def put_wanted(
     """
     for i in range(3):
         store(wanted[i], free_slope(load(stages[i], inverse_moments), inverse_moments, gyroscopic))
-    if not act(forces.gravity, forces.tethers, forces.drag, forces.floor):
-        return 0.0
     here, pushes = np.empty(13), np.zeros((3, 4))
     roughness = 0.0
     for k in range(len(method.means[0])):
