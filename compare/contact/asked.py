@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 # Of an observable of a soft engine: its true value is that of the law which the engine states.
 BY_OWN_LAW = ", by its own law"
+# How fast a body moves that must rest.
+CREEP = "creep speed"
 
 
 @dataclass(frozen=True)

@@ -1,17 +1,23 @@
 """A soft engine held to its own law: the central impact of a sphere, by the spring and damper that the engine states.
 
-The law is integrated with gravity, to rounding; what is compared is read off as it is off an engine's run.
+The law is integrated with gravity, to rounding; what is compared is read off as it is off an engine's run.  Of a body
+that must rest on an incline it is the speed with which it creeps, where the engine states its friction at slow slip.
 """
 
-import numpy as np
+import math
 
-from tumble.compare.contact.asked import BY_OWN_LAW
+import numpy as np
+from numpy.linalg import norm
+
+from tumble.compare.contact.asked import BY_OWN_LAW, CREEP
 from tumble.compare.contact.impacts import DEEPEST, REBOUND, Impact
 from tumble.compare.run.flight import SoftLaw
 from tumble.scenarios.scene import Scene
 
 # Times of the spring and of its damper for which a contact is followed.
 TIMES = 50.0
+# Of a level plane, the rounding of how steep it is.
+LEVEL = 1e-12
 
 
 def own_numbers(law: SoftLaw, scene: Scene, impact: Impact) -> dict[str, float]:
@@ -25,6 +31,22 @@ def own_numbers(law: SoftLaw, scene: Scene, impact: Impact) -> dict[str, float]:
     pull = 0.0 if scene.gravity is None else float(scene.gravity @ plane.normal)
     found = central_impact(law, body.mass, speed, pull)
     return {name + BY_OWN_LAW: value for name, value in found.items()}
+
+
+def own_creep(law: SoftLaw, scene: Scene) -> dict[str, float]:
+    """Return the speed at which a body on a face creeps down an incline [m/s], by observable.
+
+    All its points slip alike, so that friction's share of mu N is the same for all, whatever N is at each.  Nothing on
+    a level plane, or where friction does not hold the body.
+    """
+    plane = scene.plane
+    if scene.gravity is None or plane is None or not (law.slow and plane.friction):
+        return {}
+    load = -float(scene.gravity @ plane.normal)
+    share = float(norm(scene.gravity + load * plane.normal)) / (plane.friction * load) if load > 0 else 1.0
+    if not LEVEL < share < 1.0:
+        return {}
+    return {CREEP + BY_OWN_LAW: law.slow * share / math.sqrt(1.0 - share * share)}
 
 
 def central_impact(law: SoftLaw, mass: float, speed: float, pull: float) -> dict[str, float]:

@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from tumble.compare.contact.asked import CREEP
 from tumble.compare.contact.directions import reaches_edge
 from tumble.compare.contact.impacts import (
     PHASES,
@@ -51,7 +52,7 @@ def tilts(scene: Scene, whole: WholeRun, dt: float) -> Iterator[ScanRun]:
     """Yield tilts of the plane under a body that rests on a face of it, by turning gravity; dt: the step [s]."""
     plane, pull = scene.plane, gravity(scene)
     assert plane is not None
-    rests = "creep speed" in whole.asked and whole.asked["creep speed"][1].begins_s == 0
+    rests = CREEP in whole.asked and whole.asked[CREEP][1].begins_s == 0
     down = pull - (pull @ plane.normal) * plane.normal
     slope, size = float(np.linalg.norm(down)), float(np.linalg.norm(pull))
     if not rests or not plane.friction or slope <= 1e-9 * size or scene.impulses or scene.body.radius is not None:

@@ -21,7 +21,7 @@ from tumble.compare.contact.directions import (
 )
 from tumble.compare.contact.impacts import MOST_IMPACTS, Impact, impacts, read_impact, row_step
 from tumble.compare.contact.limit import Level, Limit, limit, shifted
-from tumble.compare.contact.own_law import own_numbers
+from tumble.compare.contact.own_law import own_creep, own_numbers
 from tumble.compare.contact.scans import ScanRun, heights, tilts
 from tumble.compare.contact.watched import Watched
 from tumble.compare.contact.whole_run import WholeRun, read_whole, whole_run
@@ -128,7 +128,8 @@ class Readings:
 
     By impact, None for the whole run: unfinished: not over when the next was due; stays: the body did not leave the
     plane, at the finest step; through: it passed the plane, at the step of the values or a finer one.
-    own: numbers of the law that a soft engine states, own_law, by step [s]; ladders of these have the differences.
+    own: numbers of the law that a soft engine states, by step [s]; ladders of these have the differences.  own_law:
+    what law that is at an impact.
     failure: why there is nothing.
     """
 
@@ -315,7 +316,12 @@ def read(running_engine: RunningEngine, asked: Question, method: str) -> Reading
         seen = Watched(scene, answer)
         if seen.through and dt <= asked.step:
             found.through.add(None)
+        law = answer.soft_law
+        own = own_creep(law, scene) if law else {}
         for name, value in read_whole(whole, seen).items():
+            if name in own:
+                found.own[(name, None), dt] = own[name]
+            value -= own.get(name, 0.0)
             found.ladders.setdefault((name, None), []).append(Level(dt, np.array([value])))
     if whole and asked.turned:
         directions, scene = asked.turned

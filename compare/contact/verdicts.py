@@ -7,7 +7,7 @@ its own.
 
 import math
 
-from tumble.compare.contact.asked import BY_OWN_LAW
+from tumble.compare.contact.asked import BY_OWN_LAW, CREEP
 from tumble.compare.contact.directions import DIAMOND, DISTANCE, ROLLS, Law, axis_names, is_round, law_of, slid
 from tumble.compare.contact.findings import RIGHT
 from tumble.compare.contact.impacts import DEEPEST, GAP, REBOUND
@@ -16,6 +16,7 @@ from tumble.compare.contact.whole_impulse import after_whole_impulse
 from tumble.compare.contact.whole_run import REST
 
 ITS_LAW, NOT_ITS_LAW = "its own law", "not its own law"
+VISCOUS = "friction viscous below v_s"
 WHOLE_IMPULSE = "another law: Coulomb on the whole impulse"
 OF_A_STOP = ("instant it stops", DISTANCE, "turn of the path until it stops")
 OF_ROLLING = ("instant it begins to roll", ROLLS, "turn of the path until it begins to roll")
@@ -93,7 +94,7 @@ def own_verdict(contact: Contact, one: Observation) -> str:
         return f"sinks by {abs(error) * 1e3:.3g} mm"
     if one.scatters:
         return "depends on the step"
-    if name.startswith("creep speed"):
+    if name.startswith(CREEP):
         return f"creeps at {limit.value * 1e3:.3g} mm/s"
     if name in (GAP, "height at rest"):
         return f"contact without touching, from {error * 1e3:.3g} mm"
@@ -102,7 +103,7 @@ def own_verdict(contact: Contact, one: Observation) -> str:
 
 def own_law_verdict(contact: Contact, one: Observation) -> str:
     """Return whether a soft engine follows the law that it states, and how far that law is from the rigid one."""
-    law = contact.readings.own_law
+    law = VISCOUS if one.asked.observable.startswith(CREEP) else contact.readings.own_law
     if not one.is_right:
         return "depends on the step" if one.scatters else f"{NOT_ITS_LAW} ({law})"
     key = one.asked.observable.removesuffix(BY_OWN_LAW), one.asked.impact

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.compare.contact.asked import Asked
+from tumble.compare.contact.asked import BY_OWN_LAW, CREEP, Asked
 from tumble.compare.contact.impacts import DEEPEST, SHIFTS, known_to
 from tumble.compare.contact.watched import Watched, gravity
 from tumble.scenarios.frames import Array, vertices
@@ -54,6 +54,9 @@ def whole_run(scene: Scene, truth: Truth, steps: Sequence[float], step: float) -
         for one in record.observables
         if " impact " not in one.name
     }
+    if CREEP in found:
+        by_own_law = CREEP + BY_OWN_LAW
+        found[by_own_law] = replace(found[CREEP][0], observable=by_own_law), found[CREEP][1]
     if not any(event.kind == "impact" for event in record.events) and math.isinf(record.ended_s):
         deepest = Observable(DEEPEST, "m", 0.0, 0.0, 0.0, 0.0, scene.duration)
         found[DEEPEST] = asked(scene, record, deepest, step, steps[-1]), deepest
@@ -98,7 +101,7 @@ def asked(scene: Scene, record: ContactRecord, one: Observable, dt: float, fines
     one_step, scale = SHIFTS * dt * steps[one.unit], scales.get(one.unit, abs(one.value) or reach)
     if one.name in ("height at rest", DEEPEST):  # what a body falls within a step
         one_step, scale = dt * dt * pull, reach
-    if one.name.startswith("creep speed"):  # the same, over the time in which it is seen
+    if one.name.startswith(CREEP):  # the same, over the time in which it is seen
         one_step = 2 * dt * dt * pull / took
     if one.name == TIPPED:
         one_step = SHIFTS * dt * size(record, "spin at that angle")
@@ -330,7 +333,7 @@ READERS: dict[str, Reader] = {
     "spin as it": as_it_ends,
     "mean acceleration": mean_acceleration,
     "creep speed of": creep_of_pivot,
-    "creep speed": creep,
+    CREEP: creep,
     TIPPED: angle_tipped,
     "spin at that angle": spin_at_angle,
     PRECESSION: mean_precession,

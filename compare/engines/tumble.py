@@ -190,12 +190,12 @@ def vertices(world, points):
 
 
 def soft_law(world):
-    """Return the spring and damper of `compliant`."""
+    """Return the spring and damper of `compliant`, and its friction."""
     flight = world.flight
     if not isinstance(flight, ContactFlight) or flight.method is not CONTACT_METHODS["compliant"]:
         return None
     softness = softness_of(flight.ground)
-    return SoftLaw(SPRING, softness.stiffness, softness.damping)
+    return SoftLaw(SPRING, softness.stiffness, softness.damping, slow=softness.slow)
 
 
 def remark(world):

@@ -6,8 +6,9 @@ With y the point's height and v its rate, both negative as it goes in, the plane
     Hunt & Crossley     N = -k y (1 - d v)
     impedance           N / m = z (-c v - k z y - a),  a: acceleration by all else [m/s2]
 
-z is MuJoCo's impedance: z_0 at y = 0, z_1 at -width and below, a power law with its midpoint between.  Sources: Hunt &
-Crossley, J. Appl. Mech. 42 (1975) 440; MuJoCo's manual, "Computation: Constraint model" and "Modeling: Impedance".
+z is MuJoCo's impedance: z_0 at y = 0, z_1 at -width and below, a power law with its midpoint between.  Of a point that
+slips with s, friction is s / sqrt(s^2 + v_s^2) of mu N, where an engine states v_s.  Sources: Hunt & Crossley, J. Appl.
+Mech. 42 (1975) 440; MuJoCo's manual, "Computation: Constraint model" and "Modeling: Impedance".
 """
 
 import math
@@ -26,12 +27,14 @@ class SoftLaw:
     stiffness : k, N/m; of IMPEDANCE 1/s2
     damping : c, N s/m; d of HUNT_CROSSLEY, s/m; of IMPEDANCE 1/s
     impedance : of IMPEDANCE, MuJoCo's solimp: z_0, z_1, width [m], midpoint, power
+    slow : v_s, m/s; 0 where the engine states none
     """
 
     kind: str
     stiffness: float
     damping: float
     impedance: tuple[float, float, float, float, float] = (1.0, 1.0, 1.0, 0.5, 1.0)
+    slow: float = 0.0
 
     def rate(self, mass: float) -> float:
         """Return the rate of the spring without its damper [rad/s]."""

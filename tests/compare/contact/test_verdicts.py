@@ -12,9 +12,11 @@ from tests.support.planted_contact import BALL, ROLL, SLIDE
 from tumble.compare.contact.asked import BY_OWN_LAW
 from tumble.compare.contact.directions import true_slide
 from tumble.compare.contact.findings import contestant_laws, worst_verdict
+from tumble.compare.contact.own_law import own_creep
 from tumble.compare.contact.rows import contact_rows
 from tumble.compare.contact.study import BRIEF, contacts, question
 from tumble.compare.engines import tumble
+from tumble.compare.engines.parts.soft_law import SPRING, SoftLaw
 from tumble.compare.run.local import LocalEngine
 from tumble.compare.run.running_engines import launched
 from tumble.compare.run.truths import Answered
@@ -175,3 +177,24 @@ def test_a_soft_engine_is_compared_with_the_law_that_it_states():
         assert said["rebound speed after impact, by its own law"].startswith(rebound)
         assert "its own law" not in law.verdict, "the rigid law's verdict stands apart"
     assert not any(row.observable.endswith(BY_OWN_LAW) for row in laws(scene, "events", module=tumble)["events"][1])
+
+
+def test_a_soft_engine_creeps_as_its_own_friction_has_it():
+    """Its creep is that of the v_s that it states to 1e-6, and not that of one that is a hundredth more."""
+    scene = read_scene("box-incline-holds")
+    other = SimpleNamespace(**vars(tumble))
+    other.soft_law = lambda world: replace(tumble.soft_law(world), slow=1.01 * tumble.soft_law(world).slow)
+    for module, said in ((tumble, "its own law (friction viscous below v_s): +0.0025"), (other, "not its own law")):
+        law, rows = laws(scene, "compliant", module=module)["compliant"]
+        (row,) = (row for row in rows if row.observable == "creep speed, by its own law")
+        assert row.verdict.startswith(said)
+        assert law.verdict.startswith("creeps at 2.5")
+        if module is tumble:
+            assert row.law_error == pytest.approx(0.0, abs=1e-6 * row.true)
+
+
+def test_there_is_no_creep_on_a_level_plane_nor_where_friction_does_not_hold():
+    law = SoftLaw(SPRING, 1e4, 0.0, slow=1e-3)
+    assert own_creep(law, read_scene("box-slide-0")) == {}
+    assert own_creep(law, read_scene("box-incline-slides")) == {}
+    assert own_creep(replace(law, slow=0.0), read_scene("box-incline-holds")) == {}
