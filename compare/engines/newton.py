@@ -37,6 +37,7 @@ from tumble.compare.engines.parts.held import held_wrench
 from tumble.compare.engines.parts.impact import damping_ratio, impact_duration, of_steps
 from tumble.compare.engines.parts.scale import scale_to_one
 from tumble.compare.engines.parts.silence import silenced_stderr
+from tumble.compare.engines.parts.soft_law import APPROACH, SoftLaw
 
 if TYPE_CHECKING:
     from tumble.scenarios.scene import Scene
@@ -191,6 +192,17 @@ def prepare(world: World, dt: float) -> None:
         (model.shape_material_kf, share / 2 * mass / dt),
     ):
         array.fill_(value)
+
+
+def soft_law(world: World) -> SoftLaw | None:
+    """Return the spring of a contact point, of the methods with one; both shapes have the same."""
+    if not world.springs:
+        return None
+    stiffness, damping = (
+        float(array.numpy()[0]) / world.scale
+        for array in (world.model.shape_material_ke, world.model.shape_material_kd)
+    )
+    return SoftLaw(APPROACH, stiffness, damping)
 
 
 def model_of(scene: "Scene", scale: float, kind: str) -> Any:

@@ -3,6 +3,7 @@
 With y the point's height and v its rate, both negative as it goes in, the plane pushes with N [N], or not at all:
 
     spring and damper   N = -k y - c v
+    damped approach     N = -k y - c min(v, 0)
     Hunt & Crossley     N = -k y (1 - d v)
     impedance           N / m = z (-c v - k z y - a),  a: acceleration by all else [m/s2]
 
@@ -15,6 +16,7 @@ import math
 from dataclasses import dataclass
 
 SPRING, HUNT_CROSSLEY, IMPEDANCE = "spring and damper", "Hunt & Crossley", "impedance"
+APPROACH = "spring, and damper on the approach"
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,7 @@ class SoftLaw:
 
     Parameters
     ----------
-    kind : SPRING, HUNT_CROSSLEY or IMPEDANCE
+    kind : SPRING, APPROACH, HUNT_CROSSLEY or IMPEDANCE
     stiffness : k, N/m; of IMPEDANCE 1/s2
     damping : c, N s/m; d of HUNT_CROSSLEY, s/m; of IMPEDANCE 1/s
     impedance : of IMPEDANCE, MuJoCo's solimp: z_0, z_1, width [m], midpoint, power
@@ -50,7 +52,8 @@ class SoftLaw:
             return z * (-self.damping * v - self.stiffness * z * y - pull)
         if self.kind == HUNT_CROSSLEY:
             return -self.stiffness * y * (1.0 - self.damping * v) / mass
-        return (-self.stiffness * y - self.damping * v) / mass
+        damped = min(v, 0.0) if self.kind == APPROACH else v
+        return (-self.stiffness * y - self.damping * damped) / mass
 
     def _impedance(self, depth: float) -> float:
         """Return z at a depth [m]."""

@@ -6,7 +6,7 @@ import pytest
 
 from tumble.compare.contact.impacts import DEEPEST, REBOUND
 from tumble.compare.contact.own_law import central_impact
-from tumble.compare.engines.parts.soft_law import HUNT_CROSSLEY, IMPEDANCE, SPRING, SoftLaw
+from tumble.compare.engines.parts.soft_law import APPROACH, HUNT_CROSSLEY, IMPEDANCE, SPRING, SoftLaw
 
 MASS, STIFFNESS, SPEED = 0.7, 3e4, 2.0
 RATE = math.sqrt(STIFFNESS / MASS)
@@ -26,6 +26,15 @@ def test_a_spring_and_a_damper_give_their_restitution(ratio):
     z = 0.8
     own = SoftLaw(IMPEDANCE, (RATE / z) ** 2, 2 * ratio * RATE / z, (z, z, 1e-3, 0.5, 2.0))
     assert central_impact(own, MASS, SPEED, 0.0)[REBOUND] == pytest.approx(SPEED * rebound(ratio), rel=1e-9)
+
+
+def test_a_damper_on_the_approach_alone_leaves_the_way_back_to_the_spring():
+    """With a damping ratio z it turns at v/w e^(-z arccos(z) / sqrt(1 - z^2)), from where the spring gives all back."""
+    z = 0.3
+    found = central_impact(SoftLaw(APPROACH, STIFFNESS, 2 * z * RATE * MASS), MASS, SPEED, 0.0)
+    left = SPEED * math.exp(-z * math.acos(z) / math.sqrt(1 - z * z))
+    assert found[REBOUND] == pytest.approx(left, rel=1e-9)
+    assert found[DEEPEST] == pytest.approx(left / RATE, rel=1e-9)
 
 
 def test_gravity_presses_a_spring_further():
