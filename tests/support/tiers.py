@@ -1,8 +1,9 @@
-"""Two tiers: `make test` runs every quick test and a part of the slow ones, `make test-rest` the others.
+"""Two tiers: `make test` runs every quick test and a few of the slow cases, `make test-rest` more of these.
 
 tests/slow.txt lists slow tests, a function a line.  Of each, `--quick` runs the first case where `first` stands behind
-it, and of the other cases one in sixty, others with each commit; none where `rest` does.  A test that is slow and not
-listed fails, if it is slow a second time too: what is compiled or imported once counts for no test.
+it, and of the other cases one in 120, others with each commit; none where `rest` does.  `--rest` runs the first case of
+each if `--quick` did not, and half of the others, again others with each commit.  A test that is slow and not listed
+fails, if it is slow a second time too: what is compiled or imported once counts for no test.
 """
 
 import hashlib
@@ -20,7 +21,7 @@ LIST = ROOT / "tests" / "slow.txt"
 # Processor time that a test may take which is not listed [s], where `a_fixed_amount_of_work` takes WORK_S.
 MOST_S = 3.0
 WORK_S = 0.0175
-PARTS = 60
+QUICK, REST, PARTS, HALF = "quick", "rest", 120, 2
 taken = pytest.StashKey[float]()
 
 
@@ -37,8 +38,8 @@ def function_of(item: pytest.Item) -> str:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add `--quick`, `--rest` and `--times`."""
-    parser.addoption("--quick", action="store_true", help="leave out most of the slow tests")
-    parser.addoption("--rest", action="store_true", help="run only what --quick leaves out")
+    parser.addoption("--quick", action="store_true", help="leave out nearly all of the slow tests")
+    parser.addoption("--rest", action="store_true", help="run half of what --quick leaves out")
     parser.addoption("--times", type=Path, help="append each test's processor time [s] to this file")
 
 
@@ -50,16 +51,20 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     head = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=False).stdout
     seen: set[str] = set()
 
-    def stays(item: pytest.Item) -> bool:
+    def tier(item: pytest.Item) -> str | None:
+        """Return the tier in which a test runs with this commit, None: in neither."""
         name = function_of(item)
         is_first = name not in seen
         seen.add(name)
-        if name not in slow or slow[name] == "rest":
-            return name not in slow
+        if name not in slow:
+            return QUICK
         digest = hashlib.sha256(f"{head}{item.nodeid}".encode()).digest()
-        return (is_first and slow[name] == "first") or digest[0] % PARTS == 0
+        if slow[name] != "rest" and ((is_first and slow[name] == "first") or int.from_bytes(digest[:4]) % PARTS == 0):
+            return QUICK
+        return REST if is_first or digest[4] % HALF == 0 else None
 
-    left_out = {item for item in items if stays(item) is config.getoption("--rest")}
+    wanted = QUICK if config.getoption("--quick") else REST
+    left_out = {item for item in items if tier(item) != wanted}
     config.hook.pytest_deselected(items=[*left_out])
     items[:] = [item for item in items if item not in left_out]
 
