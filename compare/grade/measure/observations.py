@@ -17,6 +17,8 @@ SEEN = 4.0
 RIGHT_FOR = 0.05
 # Points nearer than this share of the body's size are the same.
 SAME_POINT = 1e-3
+# So many rows that are right, with the same number of wrong ones between them, are no chance.
+FEWEST_BETWEEN = 4
 # Row intervals that differ by more than this share are uneven.
 EVEN = 0.02
 
@@ -40,6 +42,7 @@ def observations(
         yield from _start(sample, seen, points)
     yield from _still(sample, measured)
     yield from _right_until(sample, seen, scene)
+    yield from _between(sample, seen, measured)
     yield from contacts(sample, measured, scene)
 
 
@@ -110,6 +113,15 @@ def _still(sample: SampledRows, measured: Measured) -> Iterator[str]:
         yield f"The body does not move after t = {sample.times[1]:.4g} s, the second row."
     elif not moves[-2:].any() and should[-2:].all():
         yield f"The body does not move after t = {sample.times[int(np.flatnonzero(moves)[-1]) + 1]:.4g} s."
+
+
+def _between(sample: SampledRows, seen: Array, measured: Measured) -> Iterator[str]:
+    rows = np.round((sample.times - sample.times[0]) / measured.spacing_s).astype(int)
+    if seen.all() or np.count_nonzero(~seen) < FEWEST_BETWEEN:
+        return
+    apart = int(np.gcd.reduce(rows[~seen]))
+    if apart > 1 and not seen[rows % apart == 0].any():
+        yield f"One row in {apart} is right, and none of those between: they may be interpolated."
 
 
 def _right_until(sample: SampledRows, seen: Array, scene: Scene) -> Iterator[str]:

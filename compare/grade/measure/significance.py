@@ -26,6 +26,11 @@ LARGEST_NOISE = 0.1
 PARTS, AS_LARGE = 4, 1 / 3
 # Noise has no spikes above this many times the root mean square.
 SPIKE = 5.0
+# Noise spares no row.  A row is spared if no coordinate is off by more than so many floors, where the root mean square
+# is at least so many: with noise in three coordinates that happens to one row in 10 000.  The first row may have none.
+SPARED, LARGE = 5.0, 100.0
+# More rows than this, and than this share of them, are no chance.
+SPARED_ROWS, SPARED_SHARE = 2, 0.02
 # Model-selection penalty of a fitted value: ln(100) units more than a named value.
 FITTED_VALUES = 100
 # Error of the compiled kernel, over the body's size.
@@ -81,6 +86,17 @@ def is_even(errors: Array) -> bool:
     """Whether rows' errors, (S, ...), are as large in every part of the file, as noise is."""
     parts = [root_mean_square(part) for part in np.array_split(errors, PARTS) if part.size]
     return min(parts) >= AS_LARGE * root_mean_square(errors)
+
+
+def spares_rows(errors: Array, floors_m: Array) -> bool:
+    """Return whether rows besides the first have no error, (S, K, 3), though others have a large one.
+
+    floors_m: of each row's axes, (S, 3).
+    """
+    if root_mean_square(errors) < LARGE * root_mean_square(floors_m):
+        return False
+    spared = (np.abs(errors[1:]) <= SPARED * floors_m[1:, None]).all(axis=(1, 2))
+    return int(spared.sum()) >= max(SPARED_ROWS, SPARED_SHARE * len(errors))
 
 
 def choice_cost(count: int) -> float:

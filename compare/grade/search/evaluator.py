@@ -16,6 +16,7 @@ from tumble.compare.grade.measure.significance import (
     choice_cost,
     is_even,
     root_mean_square,
+    spares_rows,
 )
 from tumble.compare.grade.measure.single_precision import single_floor
 from tumble.compare.grade.model.kernel.dynamics import RUNGE_KUTTA, SMOOTH
@@ -115,7 +116,8 @@ class Evaluator:
             within_floor=within_floor,
             is_noise=not within_floor
             and self.scale.is_noise(rms_m, max_m, correlation, len(errors) - 1)
-            and is_even(errors),
+            and is_even(errors)
+            and not spares_rows(errors, self.scale.floors_m),
             weight=self.scale.weight(root_mean_square(self.scale.weighted(errors)), self.cost(mistakes)),
             weighted_rms_m=weighted_rms_m,
         )

@@ -67,6 +67,14 @@ def test_quaternions_written_the_other_way_round(capsys, tmp_path, right):
     assert "quaternion written as x y z w" in named(out)
 
 
+def test_rows_between_which_matrices_were_interpolated_are_no_noise(capsys):
+    """Rows far apart are as little correlated as noise; that some of them are right shows that it is none."""
+    file, scene = (str(Path(__file__).with_name(f"matrices-between.{end}")) for end in ("csv", "toml"))
+    _, out, _ = grade(capsys, file, "--scene", scene, "--search", "0.05")
+    assert "Not explained" in out
+    assert "One row in 4 is right, and none of those between: they may be interpolated." in " ".join(out.split())
+
+
 def test_gravity_left_out(capsys, tmp_path, right):
     rows = [dict(row) for row in right]
     for row in rows:

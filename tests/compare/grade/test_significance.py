@@ -11,6 +11,7 @@ from tumble.compare.grade.measure.significance import (
     independent,
     is_even,
     root_mean_square,
+    spares_rows,
 )
 
 SCALE = ResidualScale(numbers=600, floor_m=1e-6, size_m=0.3, floors_m=np.full((100, 3), 1e-6 / np.sqrt(3.0)))
@@ -69,3 +70,13 @@ def test_noise_is_as_large_in_every_part_of_a_file_and_what_begins_later_is_not(
     noise = np.random.default_rng(4).normal(size=(40, 8, 3))
     assert is_even(noise)
     assert not is_even(np.where(np.arange(40)[:, None, None] < 12, 1e-3, 1.0) * noise)
+
+
+def test_noise_spares_no_row_but_perhaps_the_first():
+    floors = np.full((40, 3), 1e-5)
+    noise = np.random.default_rng(5).normal(size=(40, 8, 3))
+    assert not spares_rows(noise, floors)
+    assert not spares_rows(np.where(np.arange(40)[:, None, None] == 0, 0.0, noise), floors)
+    assert spares_rows(np.where(np.arange(40)[:, None, None] % 4 == 0, 1e-5, noise), floors)
+    # Where an error is as small as the digits, some rows are right by chance.
+    assert not spares_rows(1e-5 * np.round(noise), floors)
