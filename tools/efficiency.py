@@ -31,7 +31,7 @@ BEGIN, END = "<!-- table of tools.efficiency -->\n", "<!-- end of table -->\n"
 # Workers, one of them twice: what the machine itself does meanwhile.
 WORKERS = 1, 2, 4, 1
 MACHINES = 1, 2, 4, 16, 100
-THROWS, WANTED = 500_000, 100_000_000
+THROWS, WANTED = 5_000_000, 100_000_000
 LEDGER, ENSEMBLE = "release ledger", f"{THROWS} throws"
 # The model is of that many times the work.
 SCALE = {LEDGER: 1, ENSEMBLE: WANTED // THROWS}
