@@ -117,9 +117,10 @@ def _still(sample: SampledRows, measured: Measured) -> Iterator[str]:
 
 def _between(sample: SampledRows, seen: Array, measured: Measured) -> Iterator[str]:
     rows = np.round((sample.times - sample.times[0]) / measured.spacing_s).astype(int)
-    if seen.all() or np.count_nonzero(~seen) < FEWEST_BETWEEN:
+    right = np.delete(rows, np.flatnonzero(seen))
+    if len(right) < FEWEST_BETWEEN:
         return
-    apart = int(np.gcd.reduce(rows[~seen]))
+    apart = int(np.gcd.reduce(right))
     if apart > 1 and not seen[rows % apart == 0].any():
         yield f"One row in {apart} is right, and none of those between: they may be interpolated."
 
