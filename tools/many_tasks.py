@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tumble.compare.run.cluster import connected
+from tumble.compare.run.cluster.connecting import connected
 from tumble.compare.run.execution import Execution, executing
 from tumble.compare.run.running_engines import RunningEngine, launched
 from tumble.compare.run.task_cache import TaskCache
@@ -60,7 +60,7 @@ def main() -> int:
     for count in (asked.tasks // 10, asked.tasks):
         with ExitStack() as stack:
             caches = (TaskCache(Path(stack.enter_context(TemporaryDirectory()))),) if asked.cache else ()
-            work = stack.enter_context(connected(None, asked.workers, {})).work if asked.workers else None
+            work = stack.enter_context(connected(None, asked.workers)).work if asked.workers else None
             (engine,) = stack.enter_context(launched(["tumble:rk4"]))
             stack.enter_context(executing(Execution(caches, work=work)))
             wall, cpu, is_right = run_all(engine, count)

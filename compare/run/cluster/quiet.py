@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING, Any
 
 import psutil
 
+from tumble.compare.run.cluster.on_worker import Needed, end_engines, engine_of, one_at_a_time
+from tumble.compare.run.cluster.sending import unframed
 from tumble.compare.run.digest import NoValue, digest
 from tumble.compare.run.execution import EXECUTION
-from tumble.compare.run.on_worker import Needed, end_engines, engine_of, one_at_a_time
 from tumble.compare.run.process.message import frame
 from tumble.compare.run.provenance import processor
-from tumble.compare.run.sending import ATTEMPTS, unframed
 from tumble.compare.run.status import Failure
 from tumble.compare.run.timing import machine_load
 from tumble.compare.run.timing.readings import Sampling
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 RESOURCE = {"quiet": 1}
+# A task whose worker ended is sent this many times.
+ATTEMPTS = 2
 # A quiet worker that ended has this long to come again [s].
 WAIT_S, LOOK_S = 20.0, 0.5
 

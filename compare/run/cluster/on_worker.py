@@ -86,10 +86,12 @@ def engine_of(needed: Needed) -> RunningEngine:
 
 def running(needed: Needed) -> RunningEngine:
     """Start an engine.  Raises BadCluster for another version than at home."""
-    mine = dict(here())
+    from distributed import get_worker
+
+    mine, worker_name = dict(here()), f"worker {get_worker().address}"
     for what, value in needed.versions:
         if mine.get(what, "none") != value:
-            raise BadCluster(f"a worker has {what} {mine.get(what, 'none')}, here is {value}")
+            raise BadCluster(f"{worker_name} has {what} {mine.get(what, 'none')}, here is {value}")
     worker = Worker(needed.engine, needed.time_limit, needed.memory_limit)
     info = worker.describe()
     engine = RunningEngine(
@@ -98,7 +100,7 @@ def running(needed: Needed) -> RunningEngine:
     if digest(engine.identity) != needed.identity:
         worker.close()
         found = str(info) if isinstance(info, Failure) else f"version {info.version}"
-        raise BadCluster(f"a worker has another {needed.title} than here: {found}")
+        raise BadCluster(f"{worker_name} has another {needed.title} than here: {found}")
     return engine
 
 
