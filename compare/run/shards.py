@@ -89,7 +89,7 @@ def sharing(folder: Path, shard: Shard, words: Sequence[str], caches: Sequence[T
         with executing(Execution((cache, *caches), shard)):
             yield
     except Incomplete as rest:
-        log.info(f"shard {shard} is finished, {len(rest.missing)} tasks are other shards'; its results are in {folder}")
+        log.info(f"shard {shard} is finished, its results are in {folder}; tasks of other shards: {len(rest.missing)}")
     finally:
         POOL.reset(before)
     found = Manifest(FORMAT, tuple(words), shard.number, shard.count, code_digest(), machine(), pool.engines)

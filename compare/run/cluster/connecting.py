@@ -140,5 +140,5 @@ def dashboard_of(client: "Client") -> str:
     def serves(dask_scheduler: Any = None) -> bool:
         return bool(dask_scheduler.http_application.applications)
 
-    is_served = client.run_on_scheduler(serves)
-    return client.dashboard_link if is_served else "none, bokeh is missing or it is switched off"
+    link = client.run_on_scheduler(serves) and client.dashboard_link
+    return link or "none, bokeh is missing or it is switched off"

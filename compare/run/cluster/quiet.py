@@ -186,7 +186,7 @@ class QuietWorkers:
 
     def _there(self, scene: str, found: Measured) -> dict[str, Cost | Failure]:
         self._say(f"run times are measured on {found.where}, one scene at a time: ratios never cross machines")
-        machine_load.measured[scene] = f"{found.where}, {found.under}"
+        machine_load.measured.setdefault(scene, []).append(f"{found.where}, {found.under}")
         return found.costs
 
     def _here(self, why: str) -> None:
