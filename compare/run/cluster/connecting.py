@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from tumble.compare.run.cluster.on_worker import BadCluster, end_engines
-from tumble.compare.run.cluster.own_workers import own_workers
+from tumble.compare.run.cluster.own_workers import FEW_MESSAGES, own_workers
 from tumble.compare.run.cluster.sending import Sending, Workers
 from tumble.compare.run.tasks import Task, work
 from tumble.compare.run.truths import Truths
@@ -85,6 +85,7 @@ def connected(
     """
     try:
         import distributed
+        from dask import config
     except ImportError as error:
         raise BadCluster(f"{error}: Dask is an extra: type `pip install '.[dask]'`") from None
     for name in ("distributed", "distributed.client"):  # what they log of dead workers is dealt with here
@@ -95,7 +96,8 @@ def connected(
         security = distributed.Security(require_encryption=True, **files)
     with nullcontext(address) if address else own_workers(workers or 1) as scheduler:
         try:
-            client = distributed.Client(scheduler, timeout=CONNECT_S, security=security, set_as_default=False)
+            with config.set(FEW_MESSAGES):
+                client = distributed.Client(scheduler, timeout=CONNECT_S, security=security, set_as_default=False)
         except (OSError, TimeoutError, ValueError, RuntimeError) as error:
             why = " ".join(str(error).split())
             raise BadCluster(f"--scheduler {scheduler}: cannot be reached: {why}") from None

@@ -13,6 +13,8 @@ from tumble.compare.run.cluster.on_worker import BadCluster
 from tumble.compare.run.process.caller import Caller
 from tumble.compare.run.process.process import Died
 
+# Dask keeps the last 1,000 messages, for its developers: each may be a batch of 1 MB.
+FEW_MESSAGES = {"distributed.admin.low-level-log-length": 10}
 # Workers have so long to end by themselves [s]; killed, they leave named semaphores behind until the machine restarts.
 TO_END_S = 5.0
 
@@ -53,9 +55,11 @@ _begun: list = []
 
 def begin(count: int) -> str:
     """In the process that starts them: return the address of their scheduler."""
+    from dask import config
     from distributed import LocalCluster
 
     logging.disable()  # what Dask tells of itself
+    config.set(FEW_MESSAGES)
     cluster = LocalCluster(
         n_workers=count, threads_per_worker=1, memory_limit=0, host="127.0.0.1", dashboard_address="127.0.0.1:0",
         silence_logs=logging.CRITICAL,
