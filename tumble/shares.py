@@ -14,7 +14,8 @@ from tumble.compare.run.cluster.on_worker import BadCluster
 from tumble.compare.run.cluster.quiet import QuietWorkers
 from tumble.compare.run.execution import EXECUTION, Shard, executing, interrupted
 from tumble.compare.run.provenance import circumstances
-from tumble.compare.run.shards import BadShard, read_manifest, sharing
+from tumble.compare.run.shards.manifest import BadShard, read_manifest
+from tumble.compare.run.shards.sharing import sharing
 from tumble.compare.run.task_cache import TaskCache
 from tumble.notes import note
 from tumble.parser import PAGE, parser
