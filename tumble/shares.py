@@ -30,22 +30,20 @@ def main(command: Callable[[Namespace], int], options: Namespace) -> int:
     """Run a command, or its share, with finished tasks found and saved in folders; return the exit code."""
     if not hasattr(options, "shard"):  # with --parquet alone
         return with_parquet(command, options)
-    is_scheduler_asked = options.scheduler not in (None, os.environ.get("TUMBLE_SCHEDULER"))
-    if options.shard:
-        if options.workers or is_scheduler_asked:
-            raise BadCluster("--shard runs here: leave out --scheduler and --workers")
-        return run_shard(command, options)
-    if options.workers and is_scheduler_asked:
-        raise BadCluster("--workers are of this machine, those of --scheduler are its own: leave out one of both")
-    return run_whole(command, options)
+    if (options.shard or options.workers) and options.scheduler == os.environ.get("TUMBLE_SCHEDULER"):
+        options.scheduler = None  # a default for all commands, which what is asked of this one replaces
+    if not options.shard:
+        return run_whole(command, options)
+    if options.workers or options.scheduler:
+        raise BadCluster("--shard runs here: leave out --scheduler and --workers")
+    return run_shard(command, options)
 
 
 def run_whole(command: Callable[[Namespace], int], options: Namespace) -> int:
     """Run a command here or on workers; return the exit code."""
-    address = None if options.workers else options.scheduler
     tls = {name: file for name in TLS if (file := getattr(options, f"tls_{name}"))}
     try:
-        with placed(options.cache, options.workers, address, tls, options.insecure_scheduler):
+        with placed(options.cache, options.workers, options.scheduler, tls, options.insecure_scheduler):
             return with_parquet(command, options)
     except KeyboardInterrupt:
         if not options.cache:
@@ -86,6 +84,8 @@ def placed(
         execution = EXECUTION.get()
         if cache:
             execution = replace(execution, caches=caches_of(cache))
+        if workers is not None and (workers < 1 or scheduler):
+            raise BadCluster(f"--workers {workers}: must be at least 1, and without --scheduler, which has its own")
         check_address(scheduler, tls, is_insecure)
         if workers or scheduler:
             cluster = stack.enter_context(connected(scheduler, workers, tls))
