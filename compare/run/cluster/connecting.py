@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 from tumble.compare.run.cluster.on_worker import BadCluster, end_engines
 from tumble.compare.run.cluster.own_workers import FEW_MESSAGES, own_workers
-from tumble.compare.run.cluster.sending import Sending, Workers
+from tumble.compare.run.cluster.sending import Sending
+from tumble.compare.run.cluster.workers import Workers
 from tumble.compare.run.tasks import Task, work
 from tumble.compare.run.truths import Truths
 

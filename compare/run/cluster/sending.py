@@ -10,18 +10,17 @@ import pickle
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from queue import SimpleQueue
 from threading import Condition, Thread
-from time import monotonic
 from typing import TYPE_CHECKING, Any
 
+from tumble.compare.run.cluster.given_up import crashed
 from tumble.compare.run.cluster.on_worker import Needed, answer
-from tumble.compare.run.process.message import split, unpacked
+from tumble.compare.run.cluster.workers import COUNT_S, Workers
+from tumble.compare.run.process.message import unframed
 from tumble.compare.run.running_engines import RunningEngine
-from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.tasks import Task
-from tumble.compare.run.worker import Worker
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -32,24 +31,6 @@ BATCHES_EACH = 2
 BATCH_S, MOST_TASKS, MOST_BYTES = 0.1, 64, 1 << 20
 # Workers that end with a task: it then has no neighbours, and it is given up.
 SUSPECT, GIVEN_UP = 2, 3
-# How often workers are counted [s]: some come late.
-COUNT_S = 1.0
-
-
-class Lost(Worker):
-    """In place of an engine's process: all that is asked of it has one answer."""
-
-    def __init__(self, like: RunningEngine, failure: Failure) -> None:
-        self.engine, self._failure = like.engine, failure
-        self.time_limit, self.memory_limit = like.worker.time_limit, like.worker.memory_limit
-
-    @property
-    def alive(self) -> bool:
-        """Whether it answers."""
-        return True
-
-    def _ask(self, question: object, hint: Any, most_bytes: int = 0) -> Failure:
-        return self._failure
 
 
 @dataclass(eq=False)
@@ -62,30 +43,6 @@ class Ready:
     task: Task
     asked: tuple[bytes, bytes]
     deaths: int = 0
-
-
-@dataclass
-class Workers:
-    """How many workers a scheduler has; client: connected to it; number: when they were counted last."""
-
-    client: "Client"
-    number: int = 0
-    _next: float = 0.0
-
-    def __str__(self) -> str:
-        """Return the number in words."""
-        return f"{self.number} worker{'s' * (self.number != 1)}"
-
-    def __bool__(self) -> bool:
-        return self.number > 0
-
-    def counted(self) -> bool:
-        """Count them unless that was done within COUNT_S; return whether they were counted now and there are some."""
-        if monotonic() < self._next:
-            return False
-        self.number = len(dict(self.client.nthreads()))  # type: ignore[call-overload]
-        self._next = monotonic() + COUNT_S
-        return self.number > 0
 
 
 @dataclass
@@ -216,15 +173,4 @@ class Sending:
             one.deaths += 1
             if one.deaths < GIVEN_UP:
                 (self._suspect if one.deaths == SUSPECT else self._again).append(one)
-        return [(one.task, crashed(one.task)) for one in batch if one.deaths == GIVEN_UP]
-
-
-def crashed(task: Task) -> Any:
-    """Return the result of a task whose engine crashes at whatever is asked."""
-    failure = Failure(Status.CRASHED, f"{GIVEN_UP} workers ended while they ran it", process_died=True)
-    return task.ask(replace(task.running_engine, worker=Lost(task.running_engine, failure)))
-
-
-def unframed(kind: Any, data: bytes) -> Any:
-    """Return the value of a frame."""
-    return unpacked(kind, *split(data))
+        return [(one.task, crashed(one.task, one.deaths)) for one in batch if one.deaths == GIVEN_UP]
