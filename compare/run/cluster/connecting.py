@@ -113,7 +113,7 @@ def connected(
             yield Cluster(client, found)
         finally:
             if client.status == "running":
-                client.run(end_engines, on_error="ignore")
+                client.run(end_engines, client.id, on_error="ignore")
             client.close()
 
 

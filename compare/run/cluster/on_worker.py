@@ -26,8 +26,12 @@ class BadCluster(UserError):
 
 @dataclass(frozen=True)
 class Needed:
-    """The engine of a task, and the versions that it must have on a worker; identity: of `RunningEngine`, digested."""
+    """The engine of a task, and the versions that it must have on a worker.
 
+    command: which command needs it, of several that share the workers; identity: of `RunningEngine`, digested
+    """
+
+    command: str
     engine: str
     title: str
     methods: tuple[str, ...]
@@ -39,10 +43,11 @@ class Needed:
     versions: tuple[tuple[str, str], ...]
 
     @classmethod
-    def of(cls, one: RunningEngine) -> "Needed":
+    def of(cls, one: RunningEngine, command: str) -> "Needed":
         """Return what a running engine is."""
         limits = one.worker.time_limit, one.worker.memory_limit
-        return cls(one.engine, one.title, one.methods, one.named, one.unasked, *limits, digest(one.identity), here())
+        asked = one.engine, one.title, one.methods, one.named, one.unasked
+        return cls(command, *asked, *limits, digest(one.identity), here())
 
 
 def here() -> tuple[tuple[str, str], ...]:
@@ -104,7 +109,8 @@ def running(needed: Needed) -> RunningEngine:
     return engine
 
 
-def end_engines() -> None:
-    """End all engines, also one that is at work, whose task then fails."""
-    while _engines:
-        _engines.popitem()[1].halt(for_good=True)
+def end_engines(command: str | None = None) -> None:
+    """End the engines of a command, of all commands where none is given, also one at work, whose task then fails."""
+    for needed in [*_engines]:
+        if command in (None, needed.command) and (engine := _engines.pop(needed, None)):
+            engine.halt(for_good=True)

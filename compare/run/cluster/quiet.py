@@ -58,7 +58,7 @@ class QuietWorkers:
         workers = self._workers()
         try:
             question = [[[key, load.running_engine.identity, as_sent(load)] for key, load in loads.items()], sampling]
-            needed = {title: Needed.of(engine) for title, engine in engines.items()}
+            needed = {title: Needed.of(engine, self.client.id) for title, engine in engines.items()}
         except NoValue as why:
             return self._here(str(why))
         self._is_known = self._is_known or bool(workers)
@@ -84,7 +84,7 @@ class QuietWorkers:
         for _ in range(ATTEMPTS):
             future = self.client.submit(
                 measure, needed, payload, sampling, resources=RESOURCE, pure=False, retries=0,
-                key=f"tumble-times-{next(self._numbers)}-{digest([*loads])}",
+                key=f"tumble-times-{self.client.id}-{next(self._numbers)}-{digest([*loads])}",
             )  # fmt: skip
             try:
                 if not self._awaited(future):

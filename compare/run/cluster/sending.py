@@ -112,7 +112,7 @@ class Sending:
                     self._held += 1
                 engine = task.running_engine
                 if engine not in needed:
-                    needed[engine] = pickle.dumps(Needed.of(engine))
+                    needed[engine] = pickle.dumps(Needed.of(engine, self.client.id))
                 self._events.put(Ready(task, (needed[engine], cloudpickle.dumps(task.ask))))
             except BaseException as error:
                 self._events.put(error)
@@ -144,7 +144,8 @@ class Sending:
         return batch
 
     def _send(self, batch: list[Ready]) -> None:
-        key = f"tumble-{next(self.numbers)}-{batch[0].task.digest}"
+        # Another command may send the same task at the same time, in another batch.
+        key = f"tumble-{self.client.id}-{next(self.numbers)}-{batch[0].task.digest}"
         # As annotations, these would be lost, or break transitions (dask/distributed#4491, #5937).
         future = self.client.submit(answer, [one.asked for one in batch], pure=False, key=key, retries=0)
         self._sent[key] = future, batch

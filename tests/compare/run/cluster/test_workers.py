@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -152,6 +153,34 @@ def test_a_task_that_ends_every_worker_is_a_row_and_its_neighbours_are_run(most,
         assert isinstance(result, Trajectory), "someone else may have killed the workers"
     else:
         assert str(result) == "crashed: 3 workers ended while they ran it"
+
+
+def test_commands_that_share_workers_leave_each_others_tasks_and_engines_alone(workers, tmp_path):
+    from patience import until  # workers, which import this file, do not find it
+
+    slow, go, begun = (tmp_path / name for name in ("slow.py", "go", "begun"))
+    waiting = f"""
+def build(scene, method):
+    import os, pathlib, time
+    with open({str(begun)!r}, "a") as file: print(os.getppid(), file=file)
+    while not pathlib.Path({str(go)!r}).exists(): time.sleep(0.01)
+    return {{}}
+"""
+    slow.write_text(ENGINE.replace("def build(scene, method): return {}", waiting))
+    address = workers.client.scheduler.address
+    with (
+        launched([str(slow)]) as (engine,),
+        connected(address) as one,
+        connected(address) as other,
+        ThreadPoolExecutor(2) as beside,
+    ):
+        same = [beside.submit(each.work, [simulating(engine)]) for each in (one, other)]
+        until(lambda: begun.exists() and len(begun.read_text().split()) == 2)
+        with connected(address):
+            pass  # a third one that ends
+        go.touch()
+        assert all(isinstance(each.result()[0], Trajectory) for each in same)
+    assert len(set(begun.read_text().split())) == 2, "each has an engine of its own"
 
 
 def test_a_worker_with_another_version_is_refused(workers, engine, monkeypatch):
