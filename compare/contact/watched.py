@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from tumble.compare.run.flight import Trajectory
 from tumble.scenarios.frames import Array, rotation_matrix, turned_by, vertices
+from tumble.scenarios.lowest import lowest as lowest_point
 from tumble.scenarios.scene import Body, Plane, Scene
 
 # The plane pushes where the normal velocity changes by more than this share of what gravity does, or, without
@@ -106,12 +107,9 @@ def gravity(scene: Scene) -> Array:
 
 def lowest(scene: Scene, states: Array) -> Array:
     """Return the height of the lowest point above the plane [m], (R,); states (R, 13)."""
-    assert scene.plane is not None
-    height = (states[:, 0:3] - scene.plane.point) @ scene.plane.normal
-    if scene.body.radius is not None:
-        return height - scene.body.radius
-    normals = np.einsum("rji,j->ri", rotation_matrix(states[:, 3:7]), scene.plane.normal)
-    return height + (normals @ scene.body.points.T).min(axis=1)
+    plane = scene.plane
+    assert plane is not None
+    return (states[:, 0:3] - plane.point) @ plane.normal + lowest_point(scene.body, states[:, 3:7], plane.normal)
 
 
 def angular_momentum(state: Array, body: Body) -> Array:
