@@ -150,7 +150,8 @@ def _body(
         points, tensor = mass.sphere_points(radius), mass.sphere(table.mass, radius).tensor
     elif isinstance(table, DiscTable):
         disc, faces = Disc(table.radius, table.thickness), np.empty((0, 3), dtype=int)
-        points, tensor = mass.disc_points(*disc), mass.disc(table.mass, *disc).tensor
+        points = mass.disc_points(table.radius, table.thickness)
+        tensor = mass.disc(table.mass, table.radius, table.thickness).tensor
     elif isinstance(table, MeshTable):
         file_points, points, faces, tensor = _solid(table, folder)
     else:

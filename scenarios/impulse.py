@@ -44,7 +44,7 @@ def strike_point(impulse: Impulse, state: Array, body: Body) -> Array:
     if body.radius is not None:
         hit = first_on_sphere(origin, direction, body.radius)
     elif body.disc is not None:
-        hit = first_on_disc(origin, direction, *body.disc)
+        hit = first_on_disc(origin, direction, body.disc.radius, body.disc.thickness)
     else:
         found = first_hit(origin, direction, body.points, body.faces)
         hit = None if found is None else (found.distance, found.from_inside)

@@ -25,7 +25,6 @@ def lowest(body: Body, q: Array, normal: Array) -> Array:
         return np.full(len(q), -body.radius)
     up = np.einsum("nji,j->ni", rotation_matrix(q), normal)
     if body.disc is not None:
-        radius, thickness = body.disc
-        return -radius * np.hypot(up[:, 0], up[:, 1]) - thickness / 2 * np.abs(up[:, 2])
+        return -body.disc.radius * np.hypot(up[:, 0], up[:, 1]) - body.disc.thickness / 2 * np.abs(up[:, 2])
     heights: Array = (up @ body.points.T).min(axis=1)
     return heights

@@ -6,7 +6,6 @@ Every array is read-only: an engine cannot alter the question.
 """
 
 from dataclasses import dataclass, field, fields
-from typing import NamedTuple
 
 import numpy as np
 
@@ -45,8 +44,15 @@ class _Frozen:
         self.__post_init__()
 
 
-class Disc(NamedTuple):
-    """radius [m] and thickness [m] of a disc about its body's z axis."""
+@dataclass(frozen=True)
+class Disc:
+    """A disc about its body's z axis.
+
+    Parameters
+    ----------
+    radius : m
+    thickness : m
+    """
 
     radius: float
     thickness: float

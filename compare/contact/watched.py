@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 from tumble.compare.run.flight import Trajectory
 from tumble.scenarios.frames import Array, rotation_matrix, turned_by, vertices
 from tumble.scenarios.lowest import lowest as lowest_point
-from tumble.scenarios.scene import Body, Plane, Scene
+from tumble.scenarios.scene import Body, Disc, Plane, Scene
 
 # The plane pushes where the normal velocity changes by more than this share of what gravity does, or, without
 # gravity, of the largest speed: far above rounding in single precision, far below a body's own weight.
 PUSH, ROUNDED = 0.05, 1e-6
+# The sine of a disc's tilt below which it has no lowest point.
+FLAT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,10 +71,12 @@ class Watched:
 
     @cached_property
     def slip(self) -> Array:
-        """Velocity along the plane of a sphere's lowest point, or of another body's centre [m/s], (R, 3)."""
-        v, w = self.states[:, 7:10], self.states[:, 10:13]
-        if self.scene.body.radius is not None:
-            v = v + np.cross(w, -self.scene.body.radius * self.plane.normal)
+        """Velocity along the plane of the lowest point of a sphere or a disc, or of another body's centre [m/s], (R, 3)."""
+        v, w, body = self.states[:, 7:10], self.states[:, 10:13], self.scene.body
+        if body.radius is not None:
+            v = v + np.cross(w, -body.radius * self.plane.normal)
+        elif body.disc is not None:
+            v = v + np.cross(w, lowest_of_disc(body.disc, self.states[:, 3:7], self.plane.normal))
         return self.along(v)
 
     @cached_property
@@ -98,6 +102,16 @@ class Watched:
     def through(self) -> bool:
         """Whether the centre of mass ends below the plane."""
         return bool(self.height[-1] < 0)
+
+
+def lowest_of_disc(disc: Disc, q: Array, normal: Array) -> Array:
+    """Return where the lowest point of a disc is from its centre [m], (R, 3), world axes; q (R, 4); flat: its axis."""
+    axis = rotation_matrix(q)[:, :, 2]
+    cosine = (axis @ normal)[:, None]
+    down = axis * cosine - normal
+    size = np.linalg.norm(down, axis=1, keepdims=True)
+    out = np.divide(down, size, out=np.zeros_like(down), where=size > FLAT)
+    return disc.radius * out - disc.thickness / 2 * np.sign(cosine) * axis
 
 
 def gravity(scene: Scene) -> Array:

@@ -35,6 +35,7 @@ from pydrake.geometry import (
     Box,
     CollisionFilterDeclaration,
     Convex,
+    Cylinder,
     GeometrySet,
     HalfSpace,
     InMemoryMesh,
@@ -57,6 +58,7 @@ from pydrake.systems.sensors import Accelerometer, Gyroscope
 
 from tumble.compare.engines.parts.apart import Apart, from_each, in_each, of_each, to_each
 from tumble.compare.engines.parts.audits import stood_still
+from tumble.compare.engines.parts.cylinder import cylinder
 from tumble.compare.engines.parts.held import held_wrench
 from tumble.compare.engines.parts.impact import approach_speed, impact_duration
 from tumble.compare.engines.parts.soft_law import HUNT_CROSSLEY, SoftLaw
@@ -212,9 +214,12 @@ def touch(plant: Any, scene_graph: Any, world: World, contact_dt: float) -> None
 
 
 def shape_of(body: "Body") -> Any:
-    """Return a sphere, a box, or the convex hull of the body's points."""
+    """Return a sphere, a cylinder, a box, or the convex hull of the body's points."""
     if body.radius is not None:
         return Sphere(body.radius)
+    if body.disc is not None:
+        radius, half = cylinder(body.disc)
+        return Cylinder(radius, 2 * half)
     if body.size is not None:
         return Box(*body.size)
     points = "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in body.points.tolist())

@@ -181,7 +181,7 @@ def _read_body(scene: Scene, read: Read) -> tuple[Solid, Numbers, Numbers]:
         ends = np.array([[int(np.sign(number)) for number in point] for point in body.points], dtype=object)
         return sphere(mass, radius), ends * radius, state_axes
     if body.disc is not None:
-        radius, thickness = (read(float(number)) for number in body.disc)
+        radius, thickness = read(float(body.disc.radius)), read(float(body.disc.thickness))
         rims = _rims(radius, thickness, len(body.points) // 8)
         return disc(mass, radius, thickness), rims, state_axes
     if written.points is None:

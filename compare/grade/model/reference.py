@@ -83,7 +83,7 @@ class Reference:
             plane.friction,
             scene.body.points,
             scene.body.radius or 0.0,
-            scene.body.disc,
+            scene.body.disc and (scene.body.disc.radius, scene.body.disc.thickness),
         )
         flight = ContactFlight(self._body, "events", scene.gravity, above)
         flight.write(scene.start[throw : throw + 1])
