@@ -8,14 +8,13 @@ from numpy.typing import NDArray
 
 from tumble.compare.run.flight import Trajectory
 from tumble.scenarios.frames import Array, rotation_matrix, turned_by, vertices
-from tumble.scenarios.lowest import lowest as lowest_point
-from tumble.scenarios.scene import Body, Disc, Plane, Scene
+from tumble.scenarios.lowest import lowest as lowest_of
+from tumble.scenarios.lowest import lowest_point
+from tumble.scenarios.scene import Body, Plane, Scene
 
 # The plane pushes where the normal velocity changes by more than this share of what gravity does, or, without
 # gravity, of the largest speed: far above rounding in single precision, far below a body's own weight.
 PUSH, ROUNDED = 0.05, 1e-6
-# The sine of a disc's tilt below which it has no lowest point.
-FLAT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +75,7 @@ class Watched:
         if body.radius is not None:
             v = v + np.cross(w, -body.radius * self.plane.normal)
         elif body.disc is not None:
-            v = v + np.cross(w, lowest_of_disc(body.disc, self.states[:, 3:7], self.plane.normal))
+            v = v + np.cross(w, lowest_point(body, self.states[:, 3:7], self.plane.normal))
         return self.along(v)
 
     @cached_property
@@ -104,16 +103,6 @@ class Watched:
         return bool(self.height[-1] < 0)
 
 
-def lowest_of_disc(disc: Disc, q: Array, normal: Array) -> Array:
-    """Return where the lowest point of a disc is from its centre [m], (R, 3), world axes; q (R, 4); flat: its axis."""
-    axis = rotation_matrix(q)[:, :, 2]
-    cosine = (axis @ normal)[:, None]
-    down = axis * cosine - normal
-    size = np.linalg.norm(down, axis=1, keepdims=True)
-    out = np.divide(down, size, out=np.zeros_like(down), where=size > FLAT)
-    return disc.radius * out - disc.thickness / 2 * np.sign(cosine) * axis
-
-
 def gravity(scene: Scene) -> Array:
     """Return a scene's gravity [m/s2], (3,)."""
     return np.zeros(3) if scene.gravity is None else scene.gravity
@@ -123,7 +112,7 @@ def lowest(scene: Scene, states: Array) -> Array:
     """Return the height of the lowest point above the plane [m], (R,); states (R, 13)."""
     plane = scene.plane
     assert plane is not None
-    return (states[:, 0:3] - plane.point) @ plane.normal + lowest_point(scene.body, states[:, 3:7], plane.normal)
+    return (states[:, 0:3] - plane.point) @ plane.normal + lowest_of(scene.body, states[:, 3:7], plane.normal)
 
 
 def angular_momentum(state: Array, body: Body) -> Array:
