@@ -70,7 +70,7 @@ class Watched:
 
     @cached_property
     def slip(self) -> Array:
-        """Velocity along the plane of the lowest point of a sphere or a disc, or of another body's centre [m/s], (R, 3)."""
+        """Velocity along the plane of a sphere's or a disc's lowest point, else of the centre [m/s], (R, 3)."""
         v, w, body = self.states[:, 7:10], self.states[:, 10:13], self.scene.body
         if body.radius is not None:
             v = v + np.cross(w, -body.radius * self.plane.normal)

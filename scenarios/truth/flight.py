@@ -181,7 +181,7 @@ def _on_disc(origin: Numbers, direction: Numbers, disc: tuple[Fraction, Fraction
             raise _missed(True, time)
         inside.append(((-along - root_of(root)) / square, (-along + root_of(root)) / square))
     if direction[2]:
-        inside.append(sorted(((z - origin[2]) / direction[2] for z in (-half, half))))
+        inside.append(sorted((z - origin[2]) / direction[2] for z in (-half, half)))
     outside = (not square and rest < 0) or (not direction[2] and abs(origin[2]) > half)
     begins, ends = max(first for first, _ in inside), min(last for _, last in inside)
     if outside or begins > ends or ends < 0:

@@ -58,9 +58,8 @@ class Throw(NamedTuple):
     """One row of a scene in the scene's units: all that its flight depends on.
 
     x, v, w_world, gravity: (3,); axes: the file's to world, (3, 3); solid: tensor, file axes; points: from the centre
-    of mass, file axes, (n, 3); faces: (m, 3); radius: of a sphere [m], else None; disc: radius and thickness of one [m],
-    else None; state_axes: from the file's axes to those that a state speaks of, (3, 3); drag: linear, angular, (2,), or
-    None.
+    of mass, file axes, (n, 3); faces: (m, 3); radius: of a sphere [m], else None; disc: its radius and thickness,
+    or None [m]; state_axes: from the file's axes to those of a state, (3, 3); drag: linear, angular, (2,), or None.
     """
 
     x: Numbers

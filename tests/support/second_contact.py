@@ -382,7 +382,10 @@ class Rolled:
         d = [c / length for c in below]
         turns = [(c - b * dot(d, changes)) / length for c, b in zip(changes, d, strict=True)]
         offset = self.side * body.half
-        return (plus([c * body.radius for c in d], axis, offset), plus([c * body.radius for c in turns], axis_rate, offset))
+        return (
+            plus([c * body.radius for c in d], axis, offset),
+            plus([c * body.radius for c in turns], axis_rate, offset),
+        )
 
     def slope(self, y):
         world, m = self.world, self.world.body.mass
@@ -390,7 +393,12 @@ class Rolled:
         length = size(q)
         R = axes_of([c / length for c in q])
         moments = [world.body.tensor[i][i] for i in range(3)]
-        spun = lambda u: times(R, [I * c for I, c in zip(moments, times(zip(*R, strict=True), u), strict=True)])  # noqa: E731
+
+        def spun(u):
+            """The angular momentum of a spin."""
+            own = times(zip(*R, strict=True), u)
+            return times(R, [moment * c for moment, c in zip(moments, own, strict=True)])
+
         axis = [row[2] for row in R]
         r, r_rate = self.lever(axis, cross(w, axis))
         # I w' + w x I w = r x m (v' - g), v' = -w' x r - w x r'.

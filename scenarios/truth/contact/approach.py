@@ -164,17 +164,25 @@ def _advance_disc(near: Setting, pose: Pose, until: float) -> tuple[list[int], f
         rates = np.array([float(velocity_at(now, lever) @ near.normal) for lever in levers])
         if ((gaps < close) & ((rates < 0) | (not leaving))).any():
             return np.flatnonzero(gaps < max(gaps.min(), 0.0) + 2 * close).tolist(), time
-        first, rate, bend = height - min(gaps.min(), 0.0), float(now.v @ near.normal), reach * fastest**2 - pull / 2
-
-        def lowest(t: float) -> float:
-            m = n + turns * t
-            return first + rate * t - bend * t * t - radius * math.hypot(m[0], m[1]) - half * abs(m[2])  # noqa: B023
-
-        step = _last_zero(lowest, until - time + 1)
+        bend = reach * fastest**2 - pull / 2
+        falls = height - min(gaps.min(), 0.0), float(now.v @ near.normal), bend
+        step = _last_zero(_no_lower(falls, n, turns, radius, half), until - time + 1)
         if not step > 0:
             raise NoContactFound("impacts follow one another too closely")
         time, leaving = time + step, False
     raise NoContactFound("the search for the next contact takes too many steps")
+
+
+def _no_lower(
+    falls: tuple[float, float, float], n: Array, turns: Array, radius: float, half: float
+) -> Callable[[float], float]:
+    """Return what no point of a disc is below, as a function of time; falls: height, its rate, and what bends it."""
+
+    def height(t: float) -> float:
+        m = n + turns * t
+        return falls[0] + (falls[1] - falls[2] * t) * t - radius * math.hypot(m[0], m[1]) - half * abs(m[2])
+
+    return height
 
 
 def _last_zero(concave: Callable[[float], float], most: float) -> float:

@@ -41,8 +41,8 @@ ENDS = {
     ON_ITS_FACE: "a disc falls flat",
     ON_ITS_SIDE: "a disc falls on its side",
 }
-# The columns of a state: w in the frame; sin t and cos t; the direction of e1 and the disc's angle in the frame, each by
-# cosine and sine; the way of the lowest point; and the angle by which the frame has turned.
+# The columns of a state: w in the frame; sin t and cos t; the direction of e1 and the angle of the disc in the frame,
+# by cosine and sine each; the way of the lowest point; and the angle by which the frame has turned.
 P, Q, S, SIN, COS, COS_1, SIN_1, COS_3, SIN_3, AHEAD, ASIDE, PRECESSED = range(12)
 Series = list[int]
 

@@ -111,7 +111,7 @@ def _of_top(setting: Setting, phase: Top, end: Any) -> Iterator[Observed]:
 
 
 def _of_rolling_disc(setting: Setting, phase: RollingDisc, end: Any) -> Iterator[Observed]:
-    """Yield how a disc that rolls on its rim precesses and tilts, that it has no slip, and that this takes no energy."""
+    """Yield how a disc on its rim precesses and tilts, that it has no slip, and that this takes no energy."""
     yield Observed("mean precession", "rad/s", phase.precessed_rad(end) / end, phase.since, end)
     yield Observed("greatest tilt of the axis", "rad", phase.greatest_tilt_rad(end), phase.since, end)
     yield Observed("creep speed of the rim", "m/s", setting.mp.zero, phase.since, end)

@@ -52,8 +52,8 @@ class Setting:
 
     mp: mpmath context at the working precision, or its context of doubles; normal, point, gravity, (3,); restitution,
     friction, mass; tensor and its inverse, file axes, (3, 3); points: of the body that can touch, file axes from the
-    centre of mass [m], (n, 3): of a sphere none; radius: of a sphere [m], else None; rim: of a disc, its radius and half
-    its thickness [m], else None; reach [m].
+    centre of mass [m], (n, 3): of a sphere none; radius: of a sphere [m], else None; rim: radius and half the thickness
+    of a disc [m], else None; reach [m].
     """
 
     def __init__(self, mp: Any, throw: Throw, plane: PlaneNumbers, own: Principal) -> None:

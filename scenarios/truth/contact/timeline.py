@@ -248,8 +248,8 @@ def _disc(builder: Builder, pose: Pose, touching: tuple[int, ...], time: Any, un
     """Return what a disc does of which some rims touch the plane."""
     setting, still, at = builder.setting, builder.still(pose), f"at {float(time):.6g} s"
     if setting.sine_of_tilt(pose) <= FLAT:
-        rises, along = pose.v @ setting.normal, setting.along(pose.w_world)
-        if rises - length(setting.mp, along) * setting.rim[0] < -still:
+        rises, tilts = pose.v @ setting.normal, length(setting.mp, setting.along(pose.w_world)) * setting.reach
+        if rises - tilts < -still:
             return Choice(ENDS, why=f"a disc meets the plane flat {at}: the law has several answers")
         if rises > still or setting.pressing <= 0:
             return _flight_choice(builder, pose, time, until)
@@ -264,7 +264,9 @@ def _disc(builder: Builder, pose: Pose, touching: tuple[int, ...], time: Any, un
         return _counted(builder, time, Choice("impact", pressed))
     slip = setting.along(velocity_at(pose, setting.lever(pose, pressed[0])))
     if setting.pressing <= 0 or length(setting.mp, slip) > still:
-        return Choice(ENDS, why=f"a rim slips on the plane, or is not pressed on it, {at}: the truth is of discs that roll")
+        return Choice(
+            ENDS, why=f"a rim slips on the plane, or is not pressed on it, {at}: the truth is of discs that roll"
+        )
     phase = disc.RollingDisc(setting, pose, pressed[0], time)
     builder.rolling = phase
     fails = phase.failure(until)
@@ -273,7 +275,13 @@ def _disc(builder: Builder, pose: Pose, touching: tuple[int, ...], time: Any, un
     at = f"at {float(fails.time):.6g} s"
     if fails.time <= time:
         return Choice(ENDS, why=f"a rim begins to slip {at}")
-    return Choice("rim rolls", pressed, float(fails.time - time), f"{disc.ENDS[fails.how]} {at}", (list(disc.ENDS).index(fails.how),))
+    return Choice(
+        "rim rolls",
+        pressed,
+        float(fails.time - time),
+        f"{disc.ENDS[fails.how]} {at}",
+        (list(disc.ENDS).index(fails.how),),
+    )
 
 
 def _leaving(builder: Builder, pose: Pose, time: Any) -> Choice:
