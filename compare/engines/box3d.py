@@ -43,7 +43,7 @@ KNOWN_FAILURES = {"mirror images": {"*": "the two ends of an edge that lands do 
 GYROSCOPIC = {"semi-implicit-euler": "implicit"}
 # What it does unless told otherwise; substeps are what its manual asks for.
 SUBSTEPS, LARGEST_SPEED, CAPPED_TURN = 4, 400.0, math.pi / 4  # m/s, rad a step
-SIDES = 32  # of the prism that stands for a disc
+SIDES = 32  # of the prism that stands for a disc: it takes no more corners
 NO_LIMIT = 1e30
 SCHEMES = {
     "semi-implicit-euler+held": "semi-implicit-euler",

@@ -99,7 +99,7 @@ def _begin_lasting(row: Array, touching: NDArray[np.int64], stays: int, still: f
     _, q, _, _ = load(row, ANCHOR)
     near = face.ROUNDED * ground.reach
     if ground.rim > 0.0 and stays == 2:
-        end(row, RIM)
+        _begin_on_its_side(row, touching[0], still, ground)
         return
     places = face.places_of(q, touching, stays, ground)
     if stays == 1:
@@ -109,6 +109,28 @@ def _begin_lasting(row: Array, touching: NDArray[np.int64], stays: int, still: f
         _begin_pinned(row, touching[first], touching[second], still, ground)
     else:
         _begin_face(row, touching, stays, places, near, still, ground)
+
+
+@inner
+def _begin_on_its_side(row: Array, number: int, still: float, ground: Ground) -> None:
+    """Let a disc on both rims roll straight on, without a slip or a turn; end where it does anything else."""
+    x, q, v, l_body = load(row, ANCHOR)
+    axis, w = rotate(q, (0.0, 0.0, 1.0)), spin_of(q, l_body, ground)
+    about = dot(w, axis)
+    across = add(w, scale(-about, axis))
+    slip = velocity_at(v, w, lever_of(q, number, ground))
+    slope = (ground.gravity[0], ground.gravity[1], 0.0)
+    spread = 1.0 + ground.mass * ground.rim * ground.rim * ground.inverse_moments[2]
+    steep, hold = math.hypot(slope[0], slope[1]), -ground.friction * ground.gravity[2]
+    turns = math.sqrt(dot(across, across)) * ground.reach > 4.0 * still
+    slips = math.hypot(slip[0], slip[1]) > still or steep > spread * hold
+    if turns or slips or abs(dot(slope, axis)) > LEVEL * -ground.gravity[2]:
+        end(row, RIM)
+        return
+    pull, w = scale(1.0 - 1.0 / spread, slope), scale(about, axis)
+    v = cross(w, (0.0, 0.0, ground.rim))
+    store(row, ANCHOR, ((x[0], x[1], ground.rim), q, v, momentum_of(q, w, ground)))
+    go_steadily(row, pull, scale(1.0 / ground.rim, cross((0.0, 0.0, 1.0), pull)), math.inf, GOES_ON)
 
 
 @inner

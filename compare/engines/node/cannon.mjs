@@ -4,7 +4,7 @@ import { installed, serve } from "./contestant.mjs";
 const { Body, Box, ContactMaterial, Cylinder, Material, Plane, Quaternion, Sphere, Vec3, World } = await installed("cannon-es/dist/cannon-es.js");
 
 const THROWN = 1, GROUND = 2; // of collision groups and masks
-const SIDES = 32; // of the prism that stands for a disc, of 8 unless told otherwise
+const SIDES = 64; // of the prism that stands for a disc, of 8 unless told otherwise
 // Of its solver, where there is a plane: how many iterations at most, of 10 unless told otherwise, and at what change of
 // the impulses it is done [N s a kg].
 const ITERATIONS = 100, TOLERANCE = 1e-9;

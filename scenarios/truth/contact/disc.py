@@ -21,7 +21,7 @@ import numpy as np
 from tumble.scenarios.frames import Array
 from tumble.scenarios.truth.contact.approach import NoContactFound
 from tumble.scenarios.truth.contact.pinned import Failure, hold, zero_of
-from tumble.scenarios.truth.contact.setting import FLAT, Setting
+from tumble.scenarios.truth.contact.setting import FLAT, TOUCHING, Setting, length, unit
 from tumble.scenarios.truth.deadline import current
 from tumble.scenarios.truth.flight import Pose
 from tumble.scenarios.truth.inertia import Numbers
@@ -32,6 +32,8 @@ GUARD, SPARE_TERMS = 40, 2
 TERMS_PER_BIT, FEWEST_TERMS, MOST_STEPS = 0.36, 24, 20_000
 # Of a gauge's size, how near to zero its root is looked for.
 NEAR = 1e-9
+# Of its fastest turn: what of the others is none but for rounding.
+ROUNDED = 2.0**-40
 # Of the weight: what friction may seem to lack at the start by rounding.
 NONE = 1e-12
 # How rolling ends by itself, and what is said of it.
@@ -60,25 +62,29 @@ class Step(NamedTuple):
 
 
 class RollingDisc:
-    """A disc on the lowest point of one rim, which has no slip; rim: which."""
+    """A disc on the lowest point of one rim, which has no slip, or of both where it goes straight on; rims: which."""
 
     name = "rolls on its rim"
 
-    def __init__(self, setting: Setting, pose: Pose, rim: int, since: Any) -> None:
+    def __init__(self, setting: Setting, pose: Pose, rims: tuple[int, ...], since: Any) -> None:
         assert setting.rim is not None
-        self.setting, self.rim, self.since, self.until = setting, rim, since, setting.mp.inf
+        self.setting, self.rims, self.since, self.until = setting, rims, since, setting.mp.inf
         mp, normal, (self._radius, half) = setting.mp, setting.normal, setting.rim
         self._bits = mp.prec + GUARD
-        place = pose.x + setting.levers(pose)[rim]
+        place = pose.x + sum(setting.levers(pose)[list(rims)]) / len(rims)
         self._place = place - normal * ((place - setting.point) @ normal)
         # e3 is on the side of the centre; of a disc without thickness on either.
-        e3 = pose.axes[:, 2] * (-1 if rim else 1)
+        e3 = pose.axes[:, 2] * (-1 if rims == (1,) else 1)
+        if len(rims) > 1:
+            half, e3 = 0 * half, unit(mp, setting.along(e3))
         cosine = e3 @ normal
         across = normal * cosine - e3
         sine = mp.sqrt(across @ across)
         self._ahead, self._aside = cross(across, normal) / sine, across / sine
         self._axes, self._frame = pose.axes, self._frame_of(mp.one, mp.zero, sine, cosine)
         p, q, s = pose.w_world @ self._frame
+        if len(rims) > 1:
+            p, q = mp.zero, mp.zero
         pull = mp.sqrt(setting.gravity @ setting.gravity)
         # The fastest that anything here turns or falls: so all numbers are about 1.
         self._unit = 1 / max(abs(p), abs(q), abs(s), abs(q / sine), mp.sqrt(pull / self._radius))
@@ -89,6 +95,8 @@ class RollingDisc:
         self._pulls = [self._whole(pull * self._unit**2 / self._radius) for pull in pulls]
         turns = np.array((p, q, s)) * self._unit
         start = (*turns, sine, cosine, mp.one, mp.zero, mp.one, mp.zero, mp.zero, mp.zero, mp.zero)
+        # A wheel that is upright and only rolls goes on so.
+        self.is_straight = max(map(abs, (turns[0], turns[1], cosine))) <= ROUNDED
         self._front, self._clock = [self._whole(value) for value in start], 0
         self._steps: list[Step] = []
 
@@ -272,7 +280,7 @@ class RollingDisc:
         setting = self.setting
         weight = float(setting.mass) * float(setting.mp.sqrt(setting.gravity @ setting.gravity))
         if float(self.gauge(SLIPS, self.since)) < -NONE * weight:
-            return Failure(SLIPS, self.rim, self.since)
+            return Failure(SLIPS, self.rims[0], self.since)
         unit, number = float(self._unit), 0
         while self.since + self._unit * self._number(self._clock if number else 0) < until:
             self._take()
@@ -282,7 +290,7 @@ class RollingDisc:
             found = [(begins + t, how) for t, how in falls if t is not None]
             for guess, how in sorted(found)[:1]:
                 instant = zero_of(lambda time, how=how: self.gauge(how, time), self, guess * unit)
-                return Failure(how, self.rim, instant) if instant <= until else None
+                return Failure(how, self.rims[0], instant) if instant <= until else None
             number += 1
         return None
 
@@ -298,6 +306,17 @@ class RollingDisc:
         yield ON_ITS_FACE, sine - FLAT * (np.arange(len(sine)) == 0)
         if self._c:
             yield ON_ITS_SIDE, cosine
+
+
+def goes_straight(setting: Setting, pose: Pose, still: Any) -> bool:
+    """Return whether a disc on both rims turns about its axis alone, and gravity does not pull along that.
+
+    still: a speed that counts as none [m/s].
+    """
+    axis, w = pose.axes[:, 2], pose.w_world
+    across = w - axis * (w @ axis)
+    pulls = abs(setting.gravity @ axis) > TOUCHING * length(setting.mp, setting.gravity)
+    return not pulls and bool(length(setting.mp, across) * setting.reach <= still)
 
 
 def _first_fall(terms: Array, length: float) -> float | None:

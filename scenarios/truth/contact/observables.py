@@ -88,6 +88,8 @@ def _of_phases(setting: Setting, motion: Timeline, last: Any) -> Iterator[Observ
             yield from _of_tipping(setting, phase, end)
         elif isinstance(phase, Top):
             yield from _of_top(setting, phase, end)
+        elif isinstance(phase, RollingDisc) and phase.is_straight:
+            yield from _of_going(setting, phase, end)
         elif isinstance(phase, RollingDisc) and phase.since == 0:
             yield from _of_rolling_disc(setting, phase, end)
 

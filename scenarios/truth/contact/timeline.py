@@ -256,10 +256,12 @@ def _disc(builder: Builder, pose: Pose, touching: tuple[int, ...], time: Any, un
         return _on_face(builder, face.Face(setting, pose, touching), touching, time, until)
     rates = {rim: velocity_at(pose, setting.lever(pose, rim)) @ setting.normal for rim in touching}
     pressed = tuple(rim for rim, rate in rates.items() if rate <= still)
-    if len(pressed) > 1:
-        return several(pressed, time)
     if not pressed:
         return _flight_choice(builder, pose, time, until)
+    if len(pressed) > 1 and min(rates.values()) < -still:
+        return several(pressed, time)
+    if len(pressed) > 1 and not disc.goes_straight(setting, pose, still):
+        return Choice(ENDS, why=f"a disc turns on both its rims {at}: the law leaves open how its pressure is spread")
     if rates[pressed[0]] < -still:
         return _counted(builder, time, Choice("impact", pressed))
     slip = setting.along(velocity_at(pose, setting.lever(pose, pressed[0])))
@@ -267,7 +269,7 @@ def _disc(builder: Builder, pose: Pose, touching: tuple[int, ...], time: Any, un
         return Choice(
             ENDS, why=f"a rim slips on the plane, or is not pressed on it, {at}: the truth is of discs that roll"
         )
-    phase = disc.RollingDisc(setting, pose, pressed[0], time)
+    phase = disc.RollingDisc(setting, pose, pressed, time)
     builder.rolling = phase
     fails = phase.failure(until)
     if fails is None:
@@ -484,7 +486,7 @@ def _roll_on(builder: Builder, pose: Pose, time: Any, until: Any, choice: Choice
     setting, phase = builder.setting, builder.rolling
     builder.rolling = None
     if phase is None:
-        phase = disc.RollingDisc(setting, pose, choice.points[0], time)
+        phase = disc.RollingDisc(setting, pose, choice.points, time)
     how = list(disc.ENDS)[choice.others[0]] if choice.others else ""
     if how:
         phase.until = zero_of(lambda instant: phase.gauge(how, instant), phase, choice.guess)

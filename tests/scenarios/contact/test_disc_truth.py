@@ -1,5 +1,6 @@
 """The truth of a disc on its rim: the steady circle by algebra, what rolling conserves, and where it ends."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from tumble.scenarios.frames import rotation_matrix, vertices
 from tumble.scenarios.impulse import RayMissed, jump, strike_point
 from tumble.scenarios.lowest import lowest, lowest_point
 from tumble.scenarios.read import read_scene, scene_of
+from tumble.scenarios.scene import frozen_array
 from tumble.scenarios.truth import NoTruth, truth
 
 G, RADIUS, TILT = 9.81, 0.1, np.radians(50)
@@ -191,3 +193,19 @@ def test_the_catalogue_has_the_steady_circle_of_its_own_thickness():
     found = {one.name: one.value for one in true.contacts[0].observables}
     assert found["energy lost as it rolls"] == found["creep speed of the rim"] == 0
     assert found["greatest tilt of the axis"] == pytest.approx(np.pi / 3, rel=1e-14)
+
+
+@pytest.mark.parametrize("thickness", [0.0, 0.04])
+def test_a_wheel_rolls_down_an_incline_with_two_thirds_of_gravity_on_one_rim_or_on_both(thickness):
+    scene = on_rim((0, 0, 3.0), thickness, tilt=np.pi / 2)
+    slope = replace(scene, gravity=frozen_array((3.0, -9.0, 0.0)), written=None)
+    (record,) = truth(slope).contacts
+    found = {one.name: one.value for one in record.observables}
+    assert found["mean acceleration while it rolls on its rim, x"] == pytest.approx(2.0, rel=1e-14)
+    with pytest.raises(NoTruth, match="a rim begins to slip at 0 s"):
+        truth(replace(slope, plane=replace(slope.plane, friction=0.1)))
+
+
+def test_a_thick_disc_that_turns_on_both_rims_has_no_truth():
+    with pytest.raises(NoTruth, match="a disc turns on both its rims"):
+        truth(on_rim((0, 2.0, 3.0), 0.04, tilt=np.pi / 2))
