@@ -160,7 +160,8 @@ def reaches_edge(scene: Scene) -> float:
     if len(face) < 3:
         return 0.0
     flat = (face - centre) @ np.stack(plane_axes(scene.plane.normal), axis=1)
-    nearest = float((-ConvexHull(flat).equations[:, 2]).min())
+    disc = scene.body.disc
+    nearest = float((-ConvexHull(flat).equations[:, 2]).min()) if disc is None else disc.radius
     return nearest / float((centre - scene.plane.point) @ scene.plane.normal)
 
 
