@@ -50,6 +50,18 @@ class Body:
 
 
 @scalar
+def by_moment(inverse_moments: Vector) -> tuple[int, int, int]:
+    """Return the axes of the least, the middle and the greatest moment."""
+    least, greatest = 0, 2
+    for axis in range(3):
+        if inverse_moments[axis] > inverse_moments[least]:
+            least = axis
+        if inverse_moments[axis] < inverse_moments[greatest]:
+            greatest = axis
+    return least, 3 - least - greatest, greatest
+
+
+@scalar
 def momentum_rate(l_body: Vector, gyroscopic: Vector) -> Vector:
     """Return dL/dt = L x w seen from the turning body [N m], in body axes, with no torque.
 

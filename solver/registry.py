@@ -22,6 +22,7 @@ from tumble.solver.integrators.quaternion_euler import quaternion_euler
 from tumble.solver.integrators.radau5 import radau5, radau5_forced
 from tumble.solver.integrators.rk4 import rk4, rk4_forced
 from tumble.solver.integrators.rkmk4 import rkmk4
+from tumble.solver.integrators.semi_exact import semi_exact
 from tumble.solver.integrators.splitting import splitting
 from tumble.solver.integrators.splitting8 import splitting8
 from tumble.solver.integrators.symplectic_euler import symplectic_euler, symplectic_euler_forced
@@ -122,6 +123,9 @@ METHODS = {
     "magnus6": _body(magnus6, order=6, stable_turn=taylor_limit(8)),
     "taylor8": _body(taylor8, order=8, stable_turn=taylor_limit(8)),
     "taylor12": _body(taylor12, order=12, stable_turn=taylor_limit(12)),
+    "semi-exact": _body(
+        semi_exact, order=8, stable_turn=math.inf, keeps_momentum=True, keeps_energy=True, reversible=True
+    ),
     "splitting": _body(splitting, order=2, keeps_momentum=True, reversible=True),
     "splitting8": _body(splitting8, order=8, keeps_momentum=True, reversible=True),
     "implicit-midpoint": _body(

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.solver.body import momentum_rate
+from tumble.solver.body import by_moment, momentum_rate
 from tumble.solver.compilation import inner, kernel
 from tumble.solver.quaternion import Quaternion, exponential, normalise, product
 from tumble.solver.spins import load_anchor, store
@@ -214,13 +214,7 @@ def _turned(
     body's or against them, so that the first and the third component of L are not negative.
     """
     differences = (abs(gyroscopic[0]), abs(gyroscopic[1]), abs(gyroscopic[2]))
-    least, greatest = 0, 2
-    for axis in range(3):
-        if inverse_moments[axis] > inverse_moments[least]:
-            least = axis
-        if inverse_moments[axis] < inverse_moments[greatest]:
-            greatest = axis
-    middle = 3 - least - greatest
+    least, middle, greatest = by_moment(inverse_moments)
     if momentum[greatest] ** 2 * differences[least] >= momentum[least] ** 2 * differences[greatest]:
         axes, sense = (least, middle, greatest), 1.0
     else:
