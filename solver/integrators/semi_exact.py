@@ -10,7 +10,7 @@ what it is, and from sn, cn and dn of sqrt(alpha) dt: no phase is ever found, an
 are series in alpha t^2 and beta t^2.  The body, seen from L, is the shortest turn of L onto axis 3 followed by one
 about L by psi,
 
-    dpsi/dt = |L|/I3 + (2E - L^2/I3) / (|L| + |L3|),
+    dpsi/dt = (2E + |L L3|/I3) / (|L| + |L3|),
 
 which is integrated by Lobatto's rule: the only error, and it falls as dt^8.
 
@@ -30,7 +30,7 @@ from tumble.solver.four import Four, all_four, fused_four, minus_four, over_four
 from tumble.solver.fused import fused, fused_half_turn, fused_product
 from tumble.solver.quaternion import Quaternion, steady_turn, stretch
 from tumble.solver.spins import load, store
-from tumble.solver.vectors import Vector, scale, times
+from tumble.solver.vectors import Vector, dot, scale, times
 
 # Lobatto's nodes in [0, 1] but the first, which is 0, and the weights of all.
 # Source: Abramowitz & Stegun, "Handbook of Mathematical Functions" (1964), table 25.6, n = 5.
@@ -162,73 +162,108 @@ def _exchanged(swapped: bool, a: Vector) -> Vector:
 
 
 @inner
-def _step(
-    q: Quaternion, momentum: Vector, dt: float, g: Vector, inverse_least: float, inverse_greatest: float
-) -> tuple[Quaternion, Vector]:
+def _step(q: Quaternion, momentum: Vector, dt: float, g: Vector, inverse_moments: Vector) -> tuple[Quaternion, Vector]:
     """Return q and L after one step of dt [s], in right-handed axes in the order of their moments.
 
-    g: the absolute differences of the inverse moments, times |dt|/2^DOUBLINGS; inverse_least, inverse_greatest: the
-    inverse moments of the first and the third axis.
+    g: the absolute differences of the inverse moments, times |dt|/2^DOUBLINGS.
     """
     swapped = momentum[2] * momentum[2] * g[0] < momentum[0] * momentum[0] * g[2]
-    l1, l2, l3 = _exchanged(swapped, momentum)
-    sense = math.copysign(1.0, dt)
-    g1, g2, g3, sense = (g[2], g[1], g[0], -sense) if swapped else (g[0], g[1], g[2], sense)
-    square1, square2, square3 = l1 * l1, l2 * l2, l3 * l3
-    square = square1 + square2 + square3
-    if square == 0.0:
+    g1, g2, g3 = g_framed = (g[2], g[1], g[0]) if swapped else g
+    l1, l2, l3 = start = _exchanged(swapped, momentum)
+    speed = math.sqrt(dot(start, start))
+    if speed == 0.0:
         return q, momentum
-    speed = math.sqrt(square)
-    above, below = fused(square2, g3, square3 * g2), fused(square1, g2, square2 * g1)
-    found = _functions(above * g1, below * g3)
-    sn, unit = found.sn, found.unit
-    cn, dn = minus_four(unit, found.lack_cn), minus_four(unit, found.lack_dn)
-
-    # D = 1 - m sn^2 u sn^2 v = cn^2 v + sn^2 v dn^2 u, and D times L3, at the nodes.
-    divisor = fused_four(cn, cn, times_four(all_four(g1 * g2 * square3), times_four(sn, sn)))
-    slope3 = -sense * g3 * (l1 * l2)
-    third = fused_four(all_four(l3), times_four(dn, unit), times_four(all_four(slope3), times_four(sn, cn)))
-    side = math.copysign(1.0, l3)
-    shares = over_four(divisor, fused_four(all_four(speed), divisor, times_four(all_four(side), third)))
-    upright = fused(side, l3, speed)
-    mean = fused(
-        WEIGHT_END, 1.0 / upright + shares[3], fused(WEIGHT_BETWEEN, shares[0] + shares[2], WEIGHT_MIDDLE * shares[1])
+    above, below = fused(l2 * l2, g3, l3 * l3 * g2), fused(l1 * l1, g2, l2 * l2 * g1)
+    functions = _functions(above * g1, below * g3)
+    # D = 1 - m sn^2 u sn^2 v = cn^2 v + sn^2 v dn^2 u.
+    cn = minus_four(functions.unit, functions.lack_cn)
+    divisor = fused_four(cn, cn, times_four(all_four(g1 * g2 * (l3 * l3)), times_four(functions.sn, functions.sn)))
+    slopes = scale(
+        math.copysign(1.0, dt) * (-1.0 if swapped else 1.0), (-g1 * (l2 * l3), g2 * (l3 * l1), -g3 * (l1 * l2))
     )
-    inverse3 = inverse_least if swapped else inverse_greatest
-    # 2E - L^2/I3 of sums without cancellation, times dt.
-    off = sense * fused(square1, g2, square2 * g1) * 2.0**DOUBLINGS
-    psi = side * fused(dt * speed, inverse3, off * mean)
 
-    # L after the step, by what it gains.
-    s, lack_cn, lack_dn, one, c, d = sn[3], found.lack_cn[3], found.lack_dn[3], unit[3], cn[3], dn[3]
-    per = 1.0 / divisor[3]
-    both = g1 * g3 * square2 * (s * s)
-    lack = fused(lack_cn, lack_dn, both) - one * (lack_cn + lack_dn)
-    gain1 = fused(l1, fused(-one, lack_cn, both), -sense * g1 * (l2 * l3) * (s * d))
-    gain2 = fused(l2, lack, sense * g2 * (l3 * l1) * (s * one))
-    gain3 = fused(l3, fused(-one, lack_dn, both), slope3 * (s * c))
-    m1, m2, m3 = fused(gain1, per, l1), fused(gain2, per, l2), fused(gain3, per, l3)
-
-    # Back from axis 3 onto L as it was, round L by psi, and from L as it is onto axis 3.
-    cosine, sine = fused_half_turn(psi)
-    upright_after = fused(side, m3, speed)
-    a, b = side * m2, -side * m1
-    w, x, y, z = (
-        cosine * upright_after,
-        fused(cosine, a, -(sine * b)),
-        fused(cosine, b, sine * a),
-        sine * upright_after,
-    )
-    a, b = -side * l2, side * l1
-    turn = (
-        fused(upright, w, fused(-a, x, -(b * y))),
-        fused(upright, x, fused(a, w, b * z)),
-        fused(upright, y, fused(-a, z, b * w)),
-        fused(upright, z, fused(a, y, -(b * x))),
-    )
-    w, x, y, z = stretch(0.5 / (speed * math.sqrt(upright * upright_after)), turn)
+    twice_energy = dot(momentum, times(inverse_moments, momentum))
+    speed3 = speed * (inverse_moments[0] if swapped else inverse_moments[2])
+    psi = dt * _mean_rate(start, functions, cn, divisor, slopes[2], speed, twice_energy, speed3)
+    end = _gained(start, functions, divisor[3], slopes, g_framed)
+    w, x, y, z = _turn(start, end, speed, psi)
     x, y, z = _exchanged(swapped, (x, y, z))
-    return fused_product(q, (w, x, y, z)), _exchanged(swapped, (m1, m2, m3))
+    return fused_product(q, (w, x, y, z)), _exchanged(swapped, end)
+
+
+@inner
+def _mean_rate(
+    start: Vector,
+    functions: Functions,
+    cn: Four,
+    divisor: Four,
+    slope3: float,
+    speed: float,
+    twice_energy: float,
+    speed3: float,
+) -> float:
+    """Return the mean of dpsi/dt over a step [rad/s]; speed: |L|; speed3: |L|/I3."""
+    dn = minus_four(functions.unit, functions.lack_dn)
+    # D times L3, at the nodes, on the side of axis 3 where it is.
+    side = math.copysign(1.0, start[2])
+    third = fused_four(
+        all_four(side * start[2]),
+        times_four(dn, functions.unit),
+        times_four(all_four(side * slope3), times_four(functions.sn, cn)),
+    )
+    rates = over_four(
+        fused_four(all_four(speed3), third, times_four(all_four(twice_energy), divisor)),
+        fused_four(all_four(speed), divisor, third),
+    )
+    first = fused(speed3, side * start[2], twice_energy) / fused(side, start[2], speed)
+    ends, between = first + rates[3], rates[0] + rates[2]
+    return fused(WEIGHT_END, ends, fused(WEIGHT_BETWEEN, between, WEIGHT_MIDDLE * rates[1]))
+
+
+@inner
+def _gained(start: Vector, functions: Functions, divisor: float, slopes: Vector, g: Vector) -> Vector:
+    """Return L at the end of a step, by what it gains; divisor: D there."""
+    l1, l2, l3 = start
+    sn, lack_cn, lack_dn, unit = (
+        functions.sn[3],
+        functions.lack_cn[3],
+        functions.lack_dn[3],
+        functions.unit[3],
+    )
+    per = 1.0 / divisor
+    # D = 1 - m sn^2 sn^2, with what it lacks of 1; each gain is that of cn, cn dn or dn over D.
+    lack = g[0] * g[2] * (l2 * l2) * (sn * sn)
+    lack1, lack3 = fused(-unit, lack_cn, lack), fused(-unit, lack_dn, lack)
+    lack2 = fused(lack_cn, lack_dn, lack) - unit * (lack_cn + lack_dn)
+    return (
+        fused(fused(l1, lack1, slopes[0] * (sn * (unit - lack_dn))), per, l1),
+        fused(fused(l2, lack2, slopes[1] * (sn * unit)), per, l2),
+        fused(fused(l3, lack3, slopes[2] * (sn * (unit - lack_cn))), per, l3),
+    )
+
+
+@inner
+def _turn(start: Vector, end: Vector, speed: float, psi: float) -> Quaternion:
+    """Return the turn of a step: from axis 3 onto L as it was, round L by psi [rad], and from L as it is onto axis 3.
+
+    speed: |L|.  Axis 3 is taken on the side where L is.
+    """
+    side = math.copysign(1.0, start[2])
+    before, after = fused(side, start[2], speed), fused(side, end[2], speed)
+    cosine, sine = fused_half_turn(psi)
+    a, b = side * end[1], -side * end[0]
+    sine = side * sine
+    w, x, y, z = cosine * after, fused(cosine, a, -(sine * b)), fused(cosine, b, sine * a), sine * after
+    a, b = -side * start[1], side * start[0]
+    return stretch(
+        0.5 / (speed * math.sqrt(before * after)),
+        (
+            fused(before, w, fused(-a, x, -(b * y))),
+            fused(before, x, fused(a, w, b * z)),
+            fused(before, y, fused(-a, z, b * w)),
+            fused(before, z, fused(a, y, -(b * x))),
+        ),
+    )
 
 
 @kernel
@@ -252,7 +287,7 @@ def semi_exact(
             q, momentum = _load_ordered(spin, axes, handed)
             part = abs(dt) / 2.0**DOUBLINGS
             g = (part * abs(gyroscopic[axes[0]]), part * abs(gyroscopic[axes[1]]), part * abs(gyroscopic[axes[2]]))
-            least, greatest = inverse_moments[axes[0]], inverse_moments[axes[2]]
+            inverses = (inverse_moments[axes[0]], inverse_moments[axes[1]], inverse_moments[axes[2]])
             for _ in range(n):
-                q, momentum = _step(q, momentum, dt, g, least, greatest)
+                q, momentum = _step(q, momentum, dt, g, inverses)
             _store_ordered(spin, axes, handed, q, momentum)
