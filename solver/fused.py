@@ -151,14 +151,23 @@ def _of_squares(terms: tuple[float, ...], s: float) -> float:
 
 @scalar
 def fused_half_turn(angle: float) -> tuple[float, float]:
-    """Return the cosine and the sine of half an angle [rad], or both with the other sign, which is the same rotation.
+    """Return the cosine and the sine of half an angle [rad], to rounding.
 
-    To rounding, without a call, before which all registers would be emptied.
+    Without a call, before which all registers would be emptied.
     """
     turns = (angle * (0.5 / math.pi) + WHOLE) - WHOLE
+    odd = fused(-2.0, (0.5 * turns + WHOLE) - WHOLE, turns)
+    sign = fused(-2.0 * odd, odd, 1.0)
     half = 0.5 * fused(-turns, TURN_LOW, fused(-turns, TURN_HIGH, angle))
     s = half * half
-    return _of_squares(COSINE, s), half * _of_squares(SINE_RATIO, s)
+    return sign * _of_squares(COSINE, s), (sign * half) * _of_squares(SINE_RATIO, s)
+
+
+@scalar
+def fused_circle(angle: float) -> tuple[float, float]:
+    """Return the cosine and the sine of an angle [rad]."""
+    cosine, sine = fused_half_turn(angle)
+    return fused(-2.0 * sine, sine, 1.0), 2.0 * cosine * sine
 
 
 @scalar

@@ -13,6 +13,7 @@ from numba import njit
 from tumble.solver.four import all_four, fused_four, minus_four, over_four, plus_four, times_four
 from tumble.solver.fused import (
     fused,
+    fused_circle,
     fused_cross,
     fused_exponential,
     fused_half_turn,
@@ -109,11 +110,10 @@ def test_exponential(length):
 def test_half_turn(scale):
     angles = [*np.random.default_rng(4).uniform(-scale, scale, 200), math.pi, -math.pi, 0.0, scale]
     for angle in angles:
-        cosine, sine = fused_half_turn(angle)
-        assert (cosine * cosine - sine * sine, 2 * cosine * sine) == pytest.approx(
-            (math.cos(angle), math.sin(angle)), rel=0, abs=4 * EPS
-        )
-        assert abs(cosine) == pytest.approx(abs(math.cos(angle / 2)), rel=0, abs=2 * EPS)
+        half = (math.cos(angle / 2), math.sin(angle / 2))
+        assert fused_half_turn(angle) == pytest.approx(half, rel=0, abs=2 * EPS)
+        # Two roundings of an angle up to pi, and twice those of its half's cosine and sine.
+        assert fused_circle(angle) == pytest.approx((math.cos(angle), math.sin(angle)), rel=0, abs=6 * EPS)
 
 
 def test_series():
