@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from tumble.solver.compilation import scalar
+from tumble.solver.compilation import inner, scalar
 from tumble.solver.quaternion import Quaternion, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
@@ -49,7 +49,7 @@ class Body:
         return ((b - c) / (b * c), (c - a) / (c * a), (a - b) / (a * b))
 
 
-@scalar
+@inner
 def by_moment(inverse_moments: Vector) -> tuple[int, int, int]:
     """Return the axes of the least, the middle and the greatest moment."""
     least, greatest = 0, 2

@@ -13,7 +13,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from tumble.solver.compilation import scalar
+from tumble.solver.compilation import inner, scalar
 from tumble.solver.quaternion import SERIES_LIMIT, Quaternion, exponential, stretch
 from tumble.solver.vectors import Vector
 
@@ -138,7 +138,7 @@ def fused_product(p: Quaternion, q: Quaternion) -> Quaternion:
     return fused_stretch(q[3], k, fused_stretch(q[2], j, fused_stretch(q[1], i, stretch(q[0], p))))
 
 
-@scalar
+@inner
 def _of_squares(terms: tuple[float, ...], s: float) -> float:
     """Return a polynomial of eleven terms, in parts that do not wait for each other."""
     s2 = s * s
@@ -149,7 +149,7 @@ def _of_squares(terms: tuple[float, ...], s: float) -> float:
     return fused(s4, fused(s4, high, middle), low)
 
 
-@scalar
+@inner
 def fused_half_turn(angle: float) -> tuple[float, float]:
     """Return the cosine and the sine of half an angle [rad], to rounding.
 
@@ -161,13 +161,6 @@ def fused_half_turn(angle: float) -> tuple[float, float]:
     half = 0.5 * fused(-turns, TURN_LOW, fused(-turns, TURN_HIGH, angle))
     s = half * half
     return sign * _of_squares(COSINE, s), (sign * half) * _of_squares(SINE_RATIO, s)
-
-
-@scalar
-def fused_circle(angle: float) -> tuple[float, float]:
-    """Return the cosine and the sine of an angle [rad]."""
-    cosine, sine = fused_half_turn(angle)
-    return fused(-2.0 * sine, sine, 1.0), 2.0 * cosine * sine
 
 
 @scalar

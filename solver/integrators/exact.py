@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from tumble.solver.body import by_moment, momentum_rate
 from tumble.solver.compilation import inner, kernel
-from tumble.solver.fused import fused_circle, fused_half_turn
+from tumble.solver.fused import fused_half_turn
 from tumble.solver.quaternion import Quaternion, exponential, normalise, product
 from tumble.solver.spins import load_anchor, store
 from tumble.solver.theta import (
@@ -96,7 +96,7 @@ def _circular_path(polhode: Polhode, gained: float) -> Path:
     root = math.sqrt(math.sqrt(m1))
     null = 1.0 / (math.sqrt(mean) * (1.0 + nome**2 + nome**6))
     began = _circular(polhode, waves, nome, root, null, start)
-    now = _circular(polhode, waves, nome, root, null, times_complex(start, fused_circle(mean * gained)))
+    now = _circular(polhode, waves, nome, root, null, times_complex(start, fused_half_turn(2.0 * mean * gained)))
     return Path(lag, less(now.half_phase, began.half_phase), now.momentum)
 
 
