@@ -10,31 +10,72 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.solver.ensemble.lanes import lane
+from tumble.solver.four import Places, transpose_four
 
 # A block's numbers, seven to twenty times this many doubles, stay in the nearest cache; fewer lanes fill no pipeline.
 LANES = 64
+# Which number each of a row's seven columns is, where it is that of its own number.
+Order = tuple[int, int, int, int, int, int, int]
+IN_ORDER = (0, 1, 2, 3, 4, 5, 6)
 # Work that one thread does sooner than a second one is woken [flops].
 LEAST_WORK = 20_000_000
 
 
 @lane
-def load_block(rows: NDArray[np.float64], first: int, last: int, block: NDArray[np.float64]) -> None:
-    """Copy the rows first ... last - 1, of (N, n), into lanes: number k of lane i stands at block[k * LANES + i].
-
-    Lanes without a row repeat the last one.
-    """
-    for i in range(LANES):
-        row = min(first + i, last - 1)
-        for k in range(rows.shape[1]):
-            block[k * LANES + i] = rows[row, k]
+def order_of(axes: tuple[int, int, int]) -> Order:
+    """Return the order of q and L in body axes where lanes have them in the order of these axes."""
+    x = 0 if axes[0] == 0 else 1 if axes[1] == 0 else 2
+    y = 0 if axes[0] == 1 else 1 if axes[1] == 1 else 2
+    z = 0 if axes[0] == 2 else 1 if axes[1] == 2 else 2
+    return (0, 1 + x, 1 + y, 1 + z, 4 + x, 4 + y, 4 + z)
 
 
 @lane
-def store_block(rows: NDArray[np.float64], first: int, last: int, block: NDArray[np.float64]) -> None:
-    """Copy the lanes back into the rows they came from."""
-    for i in range(min(LANES, last - first)):
-        for k in range(rows.shape[1]):
-            rows[first + i, k] = block[k * LANES + i]
+def load_block(
+    rows: NDArray[np.float64], column: int, order: Order, first: int, last: int, block: NDArray[np.float64]
+) -> None:
+    """Copy seven columns of the rows first ... last - 1 into lanes: number k of lane i stands at block[k * LANES + i].
+
+    column: the first of the seven; order: which number each becomes.  Lanes without a row repeat the last one.
+    """
+    width, whole = rows.shape[1], min(LANES, last - first) // 4 * 4
+    for i in range(0, whole, 4):
+        for k in (0, 3):
+            transpose_four(block, _lanes(order, k, i), rows, _rows(first + i, width, column + k))
+    for i in range(whole, LANES):
+        for k in range(7):
+            block[order[k] * LANES + i] = rows[min(first + i, last - 1), column + k]
+
+
+@lane
+def store_block(rows: NDArray[np.float64], order: Order, first: int, last: int, block: NDArray[np.float64]) -> None:
+    """Copy the lanes into the first seven columns of the rows first ... last - 1; order: as `load_block` has it."""
+    width, whole = rows.shape[1], min(LANES, last - first) // 4 * 4
+    for i in range(0, whole, 4):
+        # Two times four numbers are seven; the one between them is written twice.
+        for k in (0, 3):
+            transpose_four(rows, _rows(first + i, width, k), block, _lanes(order, k, i))
+    for i in range(whole, min(LANES, last - first)):
+        for k in range(7):
+            rows[first + i, k] = block[order[k] * LANES + i]
+
+
+@lane
+def _lanes(order: Order, k: int, i: int) -> Places:
+    """Return where four lanes from i on have the numbers of the columns k ... k + 3."""
+    return (
+        order[k] * LANES + i,
+        order[k + 1] * LANES + i,
+        order[k + 2] * LANES + i,
+        order[k + 3] * LANES + i,
+    )
+
+
+@lane
+def _rows(row: int, width: int, column: int) -> Places:
+    """Return where a column of four rows from one on stands in memory."""
+    place = row * width + column
+    return (place, place + width, place + 2 * width, place + 3 * width)
 
 
 @cache

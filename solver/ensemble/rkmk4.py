@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.solver.ensemble.blocks import LANES, load_block, share_out, store_block
+from tumble.solver.ensemble.blocks import IN_ORDER, LANES, load_block, share_out, store_block
 from tumble.solver.ensemble.lanes import add, cross, dot, lane, lanes_kernel, product, scale, times, widest_vectors
 from tumble.solver.quaternion import Quaternion, exponential
 from tumble.solver.vectors import Vector
@@ -69,7 +69,7 @@ def _rkmk4(
     widest_vectors()
     block = np.empty(7 * LANES)
     for begin in range(first, last, LANES):
-        load_block(spins, begin, last, block)
+        load_block(spins, 0, IN_ORDER, begin, last, block)
         for _ in range(n):
             for i in range(LANES):
                 q = (block[i], block[LANES + i], block[2 * LANES + i], block[3 * LANES + i])
@@ -77,7 +77,7 @@ def _rkmk4(
                 q, momentum = step(q, momentum, half_step, mean_step, bracket_step)
                 block[i], block[LANES + i], block[2 * LANES + i], block[3 * LANES + i] = q
                 block[4 * LANES + i], block[5 * LANES + i], block[6 * LANES + i] = momentum
-        store_block(spins, begin, last, block)
+        store_block(spins, IN_ORDER, begin, last, block)
 
 
 @lanes_kernel
@@ -86,7 +86,7 @@ def _constant_turn(first: int, last: int, spins: NDArray[np.float64], n: int, ha
     widest_vectors()
     block = np.empty(11 * LANES)
     for begin in range(first, last, LANES):
-        load_block(spins, begin, last, block)
+        load_block(spins, 0, IN_ORDER, begin, last, block)
         for i in range(LANES):
             u = (
                 half_step[0] * block[4 * LANES + i],
@@ -100,7 +100,7 @@ def _constant_turn(first: int, last: int, spins: NDArray[np.float64], n: int, ha
                 q = (block[i], block[LANES + i], block[2 * LANES + i], block[3 * LANES + i])
                 turn = (block[7 * LANES + i], block[8 * LANES + i], block[9 * LANES + i], block[10 * LANES + i])
                 block[i], block[LANES + i], block[2 * LANES + i], block[3 * LANES + i] = product(q, turn)
-        store_block(spins, begin, last, block)
+        store_block(spins, IN_ORDER, begin, last, block)
 
 
 def rkmk4(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector, gyroscopic: Vector | None) -> None:
