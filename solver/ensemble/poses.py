@@ -61,8 +61,10 @@ def _poses(
     # In three loops: each is short enough for the processor to be at several of its vectors at once.
     block = np.empty(8 * LANES)
     for begin in range(first, last, LANES):
+        # A view, for in it no index may be below 0, which would make each look-up one of its own.
+        here = instants[begin : begin + LANES]
         for i in range(LANES):
-            (c, s), (steady_c, steady_s) = angles(thrown, instants[begin + i])
+            (c, s), (steady_c, steady_s) = angles(thrown, here[i])
             block[i], block[LANES + i] = c, s
             block[6 * LANES + i], block[7 * LANES + i] = steady_c, steady_s
         for i in range(LANES):
