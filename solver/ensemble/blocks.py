@@ -38,37 +38,49 @@ def load_block(
 
     column: the first of the seven; order: which number each becomes.  Lanes without a row repeat the last one.
     """
-    width, whole = rows.shape[1], min(LANES, last - first) // 4 * 4
-    for i in range(0, whole, 4):
-        for k in (0, 3):
-            transpose_four(block, _lanes(order, k, i), rows, _rows(first + i, width, column + k))
-    for i in range(whole, LANES):
-        for k in range(7):
-            block[order[k] * LANES + i] = rows[min(first + i, last - 1), column + k]
+    # Two times four columns are seven; the one between them is copied twice.
+    load_columns(rows, column, order[:4], first, last, block)
+    load_columns(rows, column + 3, order[3:], first, last, block)
 
 
 @lane
 def store_block(rows: NDArray[np.float64], order: Order, first: int, last: int, block: NDArray[np.float64]) -> None:
     """Copy the lanes into the first seven columns of the rows first ... last - 1; order: as `load_block` has it."""
-    width, whole = rows.shape[1], min(LANES, last - first) // 4 * 4
-    for i in range(0, whole, 4):
-        # Two times four numbers are seven; the one between them is written twice.
-        for k in (0, 3):
-            transpose_four(rows, _rows(first + i, width, k), block, _lanes(order, k, i))
-    for i in range(whole, min(LANES, last - first)):
-        for k in range(7):
-            rows[first + i, k] = block[order[k] * LANES + i]
+    store_columns(rows, 0, order[:4], first, last, block)
+    store_columns(rows, 3, order[3:], first, last, block)
 
 
 @lane
-def _lanes(order: Order, k: int, i: int) -> Places:
-    """Return where four lanes from i on have the numbers of the columns k ... k + 3."""
-    return (
-        order[k] * LANES + i,
-        order[k + 1] * LANES + i,
-        order[k + 2] * LANES + i,
-        order[k + 3] * LANES + i,
-    )
+def load_columns(
+    rows: NDArray[np.float64], column: int, numbers: Places, first: int, last: int, block: NDArray[np.float64]
+) -> None:
+    """Copy four columns of rows into lanes; numbers: those that they become."""
+    width, whole = rows.shape[1], min(LANES, last - first) // 4 * 4
+    for i in range(0, whole, 4):
+        transpose_four(block, _lanes(numbers, i), rows, _rows(first + i, width, column))
+    for i in range(whole, LANES):
+        for k in range(4):
+            block[numbers[k] * LANES + i] = rows[min(first + i, last - 1), column + k]
+
+
+@lane
+def store_columns(
+    rows: NDArray[np.float64], column: int, numbers: Places, first: int, last: int, block: NDArray[np.float64]
+) -> None:
+    """Copy four numbers of lanes into four columns of rows."""
+    width, whole = rows.shape[1], min(LANES, last - first) // 4 * 4
+    for i in range(0, whole, 4):
+        transpose_four(rows, _rows(first + i, width, column), block, _lanes(numbers, i))
+    for i in range(whole, min(LANES, last - first)):
+        for k in range(4):
+            rows[first + i, column + k] = block[numbers[k] * LANES + i]
+
+
+@lane
+def _lanes(numbers: Places, i: int) -> Places:
+    """Return where four lanes from i on have these numbers."""
+    a, b, c, d = numbers
+    return (a * LANES + i, b * LANES + i, c * LANES + i, d * LANES + i)
 
 
 @lane
