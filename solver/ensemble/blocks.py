@@ -107,6 +107,9 @@ def share_out(kernel: Callable[..., None], throws: int, flops: float, *arguments
         kernel(0, throws, *arguments)
         return
     cuts = [min(blocks * core // cores * LANES, throws) for core in range(cores + 1)]
-    running = [_threads().submit(kernel, *cut, *arguments) for cut in pairwise(cuts)]
+    *others, own = pairwise(cuts)
+    running = [_threads().submit(kernel, *cut, *arguments) for cut in others]
+    # This thread is awake already.
+    kernel(*own, *arguments)
     for part in running:
         part.result()
