@@ -102,8 +102,7 @@ def share_out(kernel: Callable[..., None], throws: int, flops: float, *arguments
     other, and not numba's own: those would compile half a second longer and spin while they wait.
     """
     blocks = -(-throws // LANES)
-    cores = min(numba.config.NUMBA_NUM_THREADS, blocks)  # type: ignore[attr-defined]
-    if cores < 2 or throws * flops < LEAST_WORK:
+    if throws * flops < LEAST_WORK or (cores := min(numba.config.NUMBA_NUM_THREADS, blocks)) < 2:  # type: ignore[attr-defined]
         kernel(0, throws, *arguments)
         return
     cuts = [min(blocks * core // cores * LANES, throws) for core in range(cores + 1)]

@@ -239,13 +239,11 @@ def _exact(
     spins: NDArray[np.float64],
     n: int,
     dt: float,
-    axes: tuple[int, int, int],
-    handedness: float,
-    g: Vector,
     inverse_moments: Vector,
     gyroscopic: Vector,
 ) -> None:
     widest_vectors()
+    axes, handedness, g = ordered(inverse_moments, gyroscopic)
     block, order = np.empty(7 * LANES), order_of(axes)
     t, inverse_middle = n * dt, inverse_moments[axes[1]]
     for begin in range(first, last, LANES):
@@ -281,8 +279,5 @@ def exact(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector
     spins: q, then L in body axes, then both at the start of the count, (N, 14) or wider, C order, altered in place; as
     `tumble.solver.integrators.exact` has it.
     """
-    if gyroscopic is None or 0.0 in gyroscopic:
-        share_out(_one_by_one, len(spins), FLOPS, spins, n, dt, inverse_moments, gyroscopic)
-        return
-    axes, handedness, g = ordered(inverse_moments, gyroscopic)
-    share_out(_exact, len(spins), FLOPS, spins, n, dt, axes, handedness, g, inverse_moments, gyroscopic)
+    kernel = _one_by_one if gyroscopic is None or 0.0 in gyroscopic else _exact
+    share_out(kernel, len(spins), FLOPS, spins, n, dt, inverse_moments, gyroscopic)

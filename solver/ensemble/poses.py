@@ -44,13 +44,11 @@ def _poses(
     found: NDArray[np.float64],
     spin: NDArray[np.float64],
     instants: NDArray[np.float64],
-    axes: tuple[int, int, int],
-    handedness: float,
-    g: Vector,
     inverse_moments: Vector,
     gyroscopic: Vector,
 ) -> None:
     widest_vectors()
+    axes, handedness, g = ordered(inverse_moments, gyroscopic)
     x, y, z = axes
     q, momentum = (spin[0], spin[1 + x], spin[1 + y], spin[1 + z]), (spin[4 + x], spin[4 + y], spin[4 + z])
     thrown = throw(q, momentum, inverse_moments[y], g, handedness)
@@ -90,16 +88,14 @@ def poses(
     `tumble.solver.integrators` has it.
     Raises ValueError for other shapes.
     """
-    spin, instants = np.array(spin, dtype=float), np.asarray(instants, dtype=float)
+    spin, instants = np.ascontiguousarray(spin, dtype=float), np.asarray(instants, dtype=float)
     if spin.shape != (7,) or instants.ndim != 1:
         raise ValueError(f"spin must have the shape (7,) and instants (T,), got {spin.shape} and {instants.shape}")
-    found = np.empty((len(instants), 7))
-    if gyroscopic is None or 0.0 in gyroscopic:
-        share_out(_one_by_one, len(instants), FLOPS, found, spin, instants, inverse_moments, gyroscopic)
-        return found
-    axes, handedness, g = ordered(inverse_moments, gyroscopic)
+    count = len(instants)
+    found = np.empty((count, 7))
     # Whole blocks of instants, the last of which are of no use.
-    padded = np.zeros(-(-len(instants) // LANES) * LANES)
-    padded[: len(instants)] = instants
-    share_out(_poses, len(instants), FLOPS, found, spin, padded, axes, handedness, g, inverse_moments, gyroscopic)
+    padded = np.zeros(-(-count // LANES) * LANES)
+    padded[:count] = instants
+    kernel = _one_by_one if gyroscopic is None or 0.0 in gyroscopic else _poses
+    share_out(kernel, count, FLOPS, found, spin, padded, inverse_moments, gyroscopic)
     return found
