@@ -26,5 +26,5 @@ def imported(file: Path) -> list[Path]:
         finder.run_script(str(file))
     except (OSError, SyntaxError, ValueError):
         return []  # the engine cannot be loaded, and has no results
-    found = {module.__file__ for name, module in finder.modules.items() if name != "__main__" and module.__file__}
-    return sorted(map(Path, found))
+    found = {getattr(module, "__file__", None) for name, module in finder.modules.items() if name != "__main__"}
+    return sorted(Path(name) for name in found if name)
