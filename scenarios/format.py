@@ -191,7 +191,7 @@ class SensorTable(_Table, kw_only=True):
 class EnsembleTable(_Table):
     """Many throws of the one body around the one that is written, which is throw 0."""
 
-    throws: Annotated[Throws, _key("", "number of throws")]
+    throws: Annotated[Throws, _key("", "number of throws; 1e9 is one too")]
     seed: Annotated[Index, _key("", "the same seed draws the same throws")] = 0
     magnitude: Annotated[Share, _key("", "share by which |J| varies, evenly")] = 0.0
     cone: Annotated[HalfTurn, _key("rad", "half angle of the cone around the direction of J")] = 0.0
@@ -236,9 +236,18 @@ def tables(document: dict) -> File:
     """Return the document as tables; raises Refused for a key, type, sign or non-finite number."""
     _refuse_odd(document, ())
     try:
-        return msgspec.convert(document, File)
+        return msgspec.convert(_with_whole_throws(document), File)
     except msgspec.ValidationError as error:
         raise _explained(str(error), document) from None
+
+
+def _with_whole_throws(document: dict) -> dict:
+    """Return the document with throws = 1e9, which TOML has as a floating-point number, as a whole number."""
+    table = document.get("ensemble")
+    throws = table.get("throws") if isinstance(table, dict) else None
+    if not (isinstance(throws, float) and throws.is_integer()):
+        return document
+    return {**document, "ensemble": {**document["ensemble"], "throws": int(throws)}}
 
 
 def _refuse_odd(value: object, keys: Keys) -> None:

@@ -19,6 +19,7 @@ from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
 
+import numpy as np
 import psutil
 
 from tumble.scenarios.read import CATALOGUE
@@ -32,6 +33,7 @@ WORKERS, MACHINES = (1, 2, 4, 1), (1, 2, 4, 16, 100)
 LEDGER = ["releases", "mujoco", "--from", "3.6.0"]
 THROWS = {"ledger": 0, "5e6": 5_000_000, "1e8": 100_000_000}
 TITLES = {"ledger": "release ledger", "5e6": "5e6 throws", "1e8": "1e8 throws"}
+SMALL = {"1e8": "5e6"}
 COLUMNS: tuple[str, ...] = ("workload", "workers", "wall_s", "processor_s", "serial_s", "load", "cores")
 Row = dict[str, str]
 
@@ -67,14 +69,19 @@ def took(words: list[str]) -> tuple[float, float]:
 
 def tables(rows: Sequence[Row]) -> str:
     """Return the table of what was measured, and that of the model, both in Markdown."""
-    own = [[row for row in rows if row["workload"] == workload] for workload in THROWS]
-    lines = [line(row, each) for each in own for row in each]
+    own = {workload: [row for row in rows if row["workload"] == workload] for workload in THROWS}
+    lines = [line(row, each) for each in own.values() for row in each]
+    # What a worker takes for itself is the same with all numbers of throws, and less than the noise of the most.
+    fitted = {workload: of_each_worker(own[SMALL.get(workload, workload)]) for workload, each in own.items() if each}
     machines = [f"{n}" for n in MACHINES]
     return "\n".join(
         (
             table(["", "workers", "wall [s]", "efficiency", "processor time [s]", "of it serial [s]", "load"], lines),
-            f"Measured on {rows[0]['cores']} cores. Efficiency of 1 to 100 machines by the model serial + work / n:\n",
-            table(["", "serial [s]", "work [s]", *machines], [model(each) for each in own if each]),
+            f"Measured on {rows[0]['cores']} cores. Efficiency of 1 to 100 machines by the model:\n",
+            table(
+                ["", "serial [s]", "of each worker [s]", "work [s]", *machines],
+                [model(each, fitted[workload]) for workload, each in own.items() if each],
+            ),
         )
     )
 
@@ -87,20 +94,34 @@ def table(names: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
 def line(row: Row, own: Sequence[Row]) -> list[str]:
     """Return the cells of a measured row; own: all rows of its workload."""
     wall, workers = row["wall_s"], int(row["workers"])
-    alone = median(float(each["wall_s"] or "nan") for each in own if each["workers"] == "1")
-    efficiency = f"{alone / float(wall) / workers:.0%}" if wall else ""
-    seconds = [f"{float(row[name]):.3g}" if row[name] else "" for name in ("processor_s", "serial_s")]
-    shown = f"{float(wall):.3g}" if wall else ""
-    return [TITLES[row["workload"]], row["workers"], shown, efficiency, *seconds, f"{float(row['load']):.0f}"]
+    alone = [float(each["wall_s"]) for each in own if each["workers"] == "1" and each["wall_s"]]
+    efficiency = f"{median(alone) / float(wall) / workers:.0%}" if wall and alone else ""
+    shown = [seconds(float(row[name])) if row[name] else "" for name in ("processor_s", "serial_s")]
+    shown = [seconds(float(wall)) if wall else "", efficiency, *shown]
+    return [TITLES[row["workload"]], row["workers"], *shown, f"{float(row['load']):.0f}"]
 
 
-def model(rows: Sequence[Row]) -> list[str]:
-    """Return the cells of the model T(n) = serial + work / n, of processor time with one worker (Amdahl, 1967)."""
+def model(rows: Sequence[Row], own_s: float) -> list[str]:
+    """Return the cells of the model T(n) = serial + own + work / n, of processor time (Amdahl, 1967).
+
+    own_s: what each worker takes for itself, to start and to start engines
+    """
     alone = [row for row in rows if row["workers"] == "1"]
     serial = median(float(row["serial_s"]) for row in alone)
-    work = median(float(row["processor_s"]) for row in alone) - serial
-    shares = (f"{(serial + work) / (n * serial + work):.0%}" for n in MACHINES)
-    return [TITLES[alone[0]["workload"]], f"{serial:.3g}", f"{work:.3g}", *shares]
+    work = median(float(row["processor_s"]) for row in alone) - serial - own_s
+    shares = (f"{(serial + own_s + work) / (n * (serial + own_s) + work):.0%}" for n in MACHINES)
+    return [TITLES[alone[0]["workload"]], *map(seconds, (serial, own_s, work)), *shares]
+
+
+def of_each_worker(rows: Sequence[Row]) -> float:
+    """Return by how much the processor time rises with each worker: the slope of a line fitted to all rows [s]."""
+    workers, processor = (np.array([float(row[name]) for row in rows]) for name in ("workers", "processor_s"))
+    return max(0.0, float(np.polyfit(workers, processor, 1)[0]))
+
+
+def seconds(value: float) -> str:
+    """Return a time with three figures."""
+    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
 
 
 def recorded() -> list[Row]:

@@ -59,6 +59,12 @@ class Task(Generic[Result]):
             return None
 
     @property
+    def is_waiting(self) -> bool:
+        """Whether one of the values that it is given is not known yet."""
+        given = self.ask.keywords.values() if isinstance(self.ask, partial) else ()
+        return any(isinstance(value, Future) and not value.done() for value in given)
+
+    @property
     def kind(self) -> Any:
         """The type of the result, as the function states it."""
         return get_type_hints(self.ask.func if isinstance(self.ask, partial) else self.ask)["return"]

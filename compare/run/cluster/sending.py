@@ -45,6 +45,18 @@ class Ready:
     deaths: int = 0
 
 
+def by_engine(tasks: Sequence[Task]) -> Iterator[Task]:
+    """Yield those of one engine after each other, which a worker then starts once, unless the next has to wait."""
+    own: dict[RunningEngine, deque[Task]] = {}
+    for task in tasks:
+        own.setdefault(task.running_engine, deque()).append(task)
+    while own:
+        engine = next((one for one, left in own.items() if not left[0].is_waiting), next(iter(own)))
+        yield own[engine].popleft()
+        if not own[engine]:
+            del own[engine]
+
+
 @dataclass
 class Sending:
     """The tasks of one call; each is recorded with its result, once.
@@ -101,7 +113,7 @@ class Sending:
         import cloudpickle
 
         needed: dict[RunningEngine, bytes] = {}
-        for task in self.tasks:
+        for task in by_engine(self.tasks):
             try:
                 with self._room:
                     while not self._ended and self._held >= self._most_sent * self._size:

@@ -241,12 +241,6 @@ def stated_in(path: Path) -> dict[str, Any]:
     return stated
 
 
-def files(path: Path) -> list[Path]:
-    """Return the file of a program and those beside it that its command names: what it does depends on them."""
-    named = (path.resolve().parent / word for word in stated_in(path)["command"])
-    return [path, *(file for file in named if file.is_file())]
-
-
 def numbers_of(scene: Scene) -> dict[str, Any]:
     """Return a scene as plain numbers for a program, SI, without the parts that the scene lacks."""
     body = scene.body
