@@ -109,10 +109,7 @@ class World:
         return plus(state[3:6], cross(self.spin(state), arm))
 
     def bears(self, pull):
-        """How much friction holds a contact beyond what it needs, over the weight; pull: of the centre, without contact.
-
-        pull: acceleration less gravity.
-        """
+        """What friction can hold more than it needs to, over the weight; pull: the plane's force over the mass."""
         press = dot(pull, self.n)
         return (self.mu * press - size(plus(pull, self.n, -press))) / size(self.g)
 
@@ -538,7 +535,7 @@ class Course:
         """Fail where a contact that stays does not begin to slip at an instant."""
         self.go(instant)
         getattr(self, self.mode())(instant + mpq(1, 10**9))
-        assert self.bears is not None and abs(self.bears) < SLIPS, f"no slip at {float(instant)} s: {float(self.bears)}"
+        assert abs(self.bears) < SLIPS, f"no slip at {float(instant)} s: {float(self.bears)}"
 
     def still(self, state):
         """The speed that counts as none."""
