@@ -198,12 +198,12 @@ def disc(family, seed):
     point = random.normal(size=3) * unit
     tilt = random.uniform(0.3, 1.5)
     axis, up = np.cos(tilt) * n - np.sin(tilt) * beside, np.sin(tilt) * n + np.cos(tilt) * beside
-    # A turn about the normal, and the spin by which it is a steady circle; most of them nearly.
+    # A turn about the normal, and the spin by which it is a steady circle; most of them nearly, or far from it.
     q, f = random.uniform(0.5, 4) * rate * random.choice((-1, 1)) * np.array((np.sin(tilt), np.cos(tilt)))
     c, own, across = -thickness / 2, unit**2 / 2, (3 * unit**2 + thickness**2) / 12
     needed = f * q * (-across - c * c) + unit * q * q * c + pull * (unit * np.cos(tilt) + c * np.sin(tilt))
     steady = np.array((0.0, q, needed / (unit * (c * f - unit * q) - own * q)))
-    spin = steady + (0.1 * rate * random.normal(size=3) if random.random() < 0.8 else 0.0)
+    spin = steady + (random.choice((0.1, 0.6)) * rate * random.normal(size=3) if random.random() < 0.8 else 0.0)
     lever = -unit * up - thickness / 2 * axis
     w = np.array((along, up, axis)).T @ spin
     body = ["[body]", 'shape = "disc"', f"mass = {mass!r}", f"radius = {unit!r}", f"thickness = {float(thickness)!r}"]
@@ -212,7 +212,7 @@ def disc(family, seed):
     if "thrown" in family:
         position, v = position + unit * random.uniform(0.05, 0.6) * n, unit * rate * random.normal(size=3)
         e = random.uniform(0.2, 0.95)
-    mu = random.uniform(1, 4) if "rolls" in family else random.uniform(0, 1.2)
+    mu = random.uniform(0.5, 3) if "rolls" in family else random.uniform(0, 1.2)
     body += ["position = " + numbers(position), "orientation = " + numbers(laying(2, axis, along))]
     body += ["velocity = " + numbers(v), "angular_velocity = " + numbers(w)]
     length = random.uniform(1, 4) / rate

@@ -18,6 +18,8 @@ TINY = mpfr(10) ** -34
 LOOKS = 48
 # What counts as touching and as no speed along the normal at the start: what rounding may have made of it.
 ROUNDED = mpfr(2) ** -46
+# Of the weight: the friction that is left where a slip begins; rounding of that instant changes it.
+SLIPS = 1e-12
 
 
 class Sphere:
@@ -105,6 +107,11 @@ class World:
 
     def rate(self, state, arm):
         return plus(state[3:6], cross(self.spin(state), arm))
+
+    def bears(self, pull):
+        """What friction can hold more than it needs to, over the weight; pull: the plane's force over the mass."""
+        press = dot(pull, self.n)
+        return (self.mu * press - size(plus(pull, self.n, -press))) / size(self.g)
 
     def with_spin(self, state, w):
         R = axes_of(state[6:10])
@@ -356,6 +363,10 @@ class Hinged:
                 Q[i].append(spins[i] / 2 / (k + 1))
         self.series = [*W, *Q]
 
+        goes, gains = (cross([series[k] for series in W], [-c for c in hinge]) for k in (0, 1))
+        swung = plus(gains, cross([series[0] for series in W], goes))
+        self.bears = world.bears(plus(times(axes_of(state[6:10]), swung), world.g, -1))
+
     def at(self, h, place):
         """The state with the hinge at a place."""
         w, q = ([value(series, h) for series in part] for part in (self.series[:3], self.series[3:]))
@@ -387,7 +398,8 @@ class Rolled:
             plus([c * body.radius for c in turns], axis_rate, offset),
         )
 
-    def slope(self, y):
+    def motion(self, y):
+        """The rate of y, and of the centre's velocity."""
         world, m = self.world, self.world.body.mass
         q, w = y[3:7], y[7:10]
         length = size(q)
@@ -410,7 +422,14 @@ class Rolled:
         whole = dot(columns[0], cross(columns[1], columns[2]))
         rate = [-dot(known, cross(columns[(i + 1) % 3], columns[(i + 2) % 3])) / whole for i in range(3)]
         v = [-c for c in cross(w, r)]
-        return [*v, *(c / 2 for c in product([mpfr(0), *w], q)), *rate]
+        gained = plus(cross(rate, r), cross(w, r_rate))
+        return [*v, *(c / 2 for c in product([mpfr(0), *w], q)), *rate], [-c for c in gained]
+
+    def slope(self, y):
+        return self.motion(y)[0]
+
+    def bears(self, y):
+        return self.world.bears(plus(self.motion(y)[1], self.world.g, -1))
 
     def step(self, y, h):
         table, last = [], None
@@ -429,14 +448,6 @@ class Rolled:
         raise RuntimeError("no step")
 
 
-def vertices(path, instants):
-    """Where the body's points are at the instants [s]; as many rows as there are answers to."""
-    with gmpy2.context(precision=BITS):
-        document = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-        world = World(document)
-        return Course(world, document).rows([mpq(float(time)) for time in instants])
-
-
 class Course:
     """The whole motion, phase by phase."""
 
@@ -450,7 +461,7 @@ class Course:
         self.state = [*place, *q, *own]
         self.blows = sorted(document.get("impulse", []), key=lambda blow: blow.get("time", 0))
         self.now = mpq(0)
-        self.fresh, self.fastest = True, gmpy2.sqrt(size(world.g) * world.reach)
+        self.fresh, self.fastest, self.bears = True, gmpy2.sqrt(size(world.g) * world.reach), None
 
     def rows(self, instants):
         world, rows = self.world, []
@@ -506,6 +517,7 @@ class Course:
         n, axis = world.n, [row[2] for row in axes_of(state[6:10])]
         fastest = size(w) / size(cross(axis, n)) + gmpy2.sqrt(size(world.g) / world.reach)
         h = min(mpfr(end - self.now), 1 / fastest)
+        self.hold(rolled.bears([*x, *state[6:10], *w]))
         y = rolled.step([*x, *state[6:10], *w], h)
         length = size(y[3:7])
         q = [c / length for c in y[3:7]]
@@ -513,6 +525,17 @@ class Course:
         v = [-c for c in cross(y[7:10], arm)]
         self.state = world.with_spin([*y[0:3], *v, *q, *state[10:13]], y[7:10])
         self.now, self.fresh = end if h == mpfr(end - self.now) else self.now + mpq(h), False
+
+    def hold(self, bears):
+        """Fail where friction cannot hold a contact that stays; bears: how much more it can, over the weight."""
+        self.bears = bears
+        assert bears > -ROUNDED, f"friction does not hold at {float(self.now)} s: {float(bears)}"
+
+    def slips(self, instant):
+        """Fail where a contact that stays does not begin to slip at an instant."""
+        self.go(instant)
+        getattr(self, self.mode())(instant + mpq(1, 10**9))
+        assert abs(self.bears) < SLIPS, f"no slip at {float(instant)} s: {float(self.bears)}"
 
     def still(self, state):
         """The speed that counts as none."""
@@ -581,6 +604,7 @@ class Course:
         place = plus(self.state[0:3], times(R, hinge))
         place = plus(place, world.n, -dot(world.n, plus(place, world.o, -1)))
         motion = Hinged(world, self.state, hinge, self.across(rests))
+        self.hold(motion.bears)
         h = min(step_length(motion.series, mpfr(10) ** -48), mpfr(end - self.now))
         others = [i for i in range(len(world.body.points)) if i not in rests]
         before = mpfr(0)
@@ -736,13 +760,21 @@ def product(p, q):
 
 
 def worst(path, true, reached=None):
-    """Of a truth's rows within its horizon: how far a point is off [m] over the bound, and how far, at the worst."""
+    """Of a truth's rows within its horizon: how far a point is off [m] over the bound, and how far, at the worst.
+
+    Fails where a truth ends because a point begins to slip, and friction holds it then.
+    """
     instants = true.times[: true.known][:reached]
-    rows = vertices(path, instants)
     with gmpy2.context(precision=BITS):
+        document = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        course = Course(World(document), document)
+        rows = course.rows([mpq(float(time)) for time in instants])
         ratio, most = 0.0, 0.0
         for row, exact in enumerate(rows):
             for point, told in zip(exact, true.vertices[row, 0], strict=True):
                 off = float(size(plus(point, [mpfr(float(c)) for c in told], -1)))
                 ratio, most = max(ratio, off / float(true.bound[row, 0])), max(most, off)
+        record = true.contacts[0]
+        if reached is None and "begins to slip" in record.why:
+            course.slips(mpq(record.ended_s))
         return ratio, most

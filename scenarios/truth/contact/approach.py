@@ -238,7 +238,10 @@ def _newton(setting: Setting, flight: Flight, point: int, time: Any, transversal
         w = pose.w_world
         bend = 2 * (w @ w) * size + abs(setting.gravity @ setting.normal) + _rolls_over(setting, pose)
         if transversal and not (rate < 0 and abs(height) * bend <= TRANSVERSAL * rate * rate):
-            raise NoContactFound(f"{setting.point_name(point)} grazes the plane at {float(time):.6g} s")
+            raise NoContactFound(
+                f"{setting.point_name(point)} grazes the plane, or its impacts follow one another without end, "
+                f"at {float(time):.6g} s"
+            )
         step = height / rate
         time = time - step
         if abs(step * rate) <= mp.ldexp(size, -mp.prec // 2 - 8):

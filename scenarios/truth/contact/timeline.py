@@ -258,13 +258,11 @@ def _disc(builder: Builder, pose: Pose, touching: tuple[int, ...], time: Any, un
     pressed = tuple(rim for rim, rate in rates.items() if rate <= still)
     if not pressed:
         return _flight_choice(builder, pose, time, until)
-    if len(pressed) > 1 and min(rates.values()) < -still:
-        return several(pressed, time)
+    if min(rates.values()) < -still:
+        return several(pressed, time) if len(pressed) > 1 else _counted(builder, time, Choice("impact", pressed))
     if len(pressed) > 1 and not disc.goes_straight(setting, pose, still):
         return Choice(ENDS, why=f"a disc turns on both its rims {at}: the law leaves open how its pressure is spread")
-    if rates[pressed[0]] < -still:
-        return _counted(builder, time, Choice("impact", pressed))
-    slip = setting.along(velocity_at(pose, setting.lever(pose, pressed[0])))
+    slip = setting.along(velocity_at(pose, setting.lever(pose, min(pressed))))
     if setting.pressing <= 0 or length(setting.mp, slip) > still:
         return Choice(
             ENDS, why=f"a rim slips on the plane, or is not pressed on it, {at}: the truth is of discs that roll"
