@@ -211,16 +211,17 @@ def _along_polhode(
     # L^2 - 2E I1, 2E I3 - L^2 and L^2 - 2E I2, each over the moment that makes it a sum of these differences.
     above, below = L2 * L2 * g3 + L3 * L3 * g2, L1 * L1 * g2 + L2 * L2 * g1
     beyond = L3 * L3 * g1 - L1 * L1 * g3
-    root_above, root_below, per_above = math.sqrt(above), math.sqrt(below), 1.0 / (above * g1)
+    a1, a2, a3 = math.sqrt(below / g2), math.sqrt(below / g1), math.sqrt(above / g2)
+    per_above = 1.0 / (above * g1)
     polhode = Polhode(
         m=below * g3 * per_above,
         m1=beyond * g2 * per_above,
-        amplitudes=(root_below / root2, root_below / root1, root_above / root2),
+        amplitudes=(a1, a2, a3),
         aspect=(root1, root2),
-        phase=(root2 * L1 / root_below, root1 * L2 / root_below),
+        phase=(L1 / a1, L2 / a2),
         shift=(math.sqrt(g3) / root2, root1 / root2),
     )
-    rate, speed = sense * root_above * root1, math.sqrt(dot(start, start))
+    rate, speed = sense * math.sqrt(above * g1), math.sqrt(dot(start, start))
     path = _circular_path(polhode, rate * t) if polhode.m <= polhode.m1 else _hyperbolic_path(polhode, rate * t)
     turn = _turn_between(start, speed, path, (speed * inverse_middle - rate * path.lag) * t)
     return turn, path.momentum
