@@ -115,8 +115,7 @@ def _circular(polhode: Polhode, waves: Harmonics, nome: float, root: float, null
     cosine3, sine3 = cosine * (double - 1.0), sine * (double + 1.0)
     theta1 = sine - squared * sine3 + sixth * (double * sine3 - sine)
     theta2 = cosine + squared * cosine3 + sixth * (double * cosine3 - cosine)
-    per = 1.0 / theta4
-    momentum = (a1 * root * null * theta2 * per, a2 * null * theta1 * per, a3 * root * theta3 * per)
+    momentum = (a1 * root * null * theta2 / theta4, a2 * null * theta1 / theta4, a3 * root * theta3 / theta4)
     meridian = (aspect[0] * root * theta2, aspect[1] * theta1)
     return Seen(momentum, half(less(shifted(waves, angle), meridian)))
 
@@ -177,8 +176,8 @@ def _hyperbolic(polhode: Polhode, angle: Pair, nome: float, root: float, null: f
     even = 1.0 + (nome * growth) ** 2 + nome**4 * decay * decay
     theta1, theta2 = side * alternating(waves.sinh), total(waves.cosh)
     theta3, theta4 = 2.0 * fall * (even + near + far), 2.0 * fall * (even - near - far)
-    per = 1.0 / (root * theta2)
-    momentum = (a1 * null * theta4 * per, a2 * theta1 * per, a3 * null * theta3 * root * per)
+    per = root * theta2
+    momentum = (a1 * null * theta4 / per, a2 * theta1 / per, a3 * null * theta3 / theta2)
     sinh_cosine, cosh_sine = shifted(waves, angle)
     meridian = (aspect[0] * null * theta4, aspect[1] * theta1)
     return Seen(momentum, half(less((cosh_sine, side * sinh_cosine), meridian)))
