@@ -90,7 +90,8 @@ def _places(context: Any, builder: ir.IRBuilder, kind: Any, array: Any, places: 
 
 def _mixed(builder: ir.IRBuilder, pair: Sequence[Any], lanes: tuple[int, ...]) -> Any:
     """Return the register of these lanes of two, those of the second numbered from four."""
-    return builder.shuffle_vector(*pair, ir.Constant(ir.VectorType(LANE, 4), lanes))
+    one, other = pair
+    return builder.shuffle_vector(one, other, ir.Constant(ir.VectorType(LANE, 4), lanes))
 
 
 # The same number four times.

@@ -32,6 +32,8 @@ SINE_RATIO = tuple((-1) ** k / math.factorial(2 * k + 1) for k in range(11))
 # 2 pi in two parts.  Adding and taking off 3 * 2^51 rounds to whole numbers.
 TURN_HIGH, TURN_LOW = 2.0 * math.pi, 2.4492935982947064e-16
 WHOLE = 3.0 * 2.0**51
+# Of an angle [rad], above which its turns would not be rounded to whole numbers so.
+MANY_TURNS = 2.0**52
 
 
 def packed(builder: Any, numbers: Any) -> Any:
@@ -153,8 +155,10 @@ def _of_squares(terms: tuple[float, ...], s: float) -> float:
 def fused_half_turn(angle: float) -> tuple[float, float]:
     """Return the cosine and the sine of half an angle [rad], to rounding.
 
-    Without a call, before which all registers would be emptied.
+    Without a call, before which all registers would be emptied, but for an angle beyond MANY_TURNS.
     """
+    if not abs(angle) < MANY_TURNS:
+        return math.cos(0.5 * angle), math.sin(0.5 * angle)
     turns = (angle * (0.5 / math.pi) + WHOLE) - WHOLE
     odd = fused(-2.0, (0.5 * turns + WHOLE) - WHOLE, turns)
     sign = fused(-2.0 * odd, odd, 1.0)

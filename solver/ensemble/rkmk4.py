@@ -175,7 +175,7 @@ def rkmk4(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector
     middle = sorted(range(3), key=lambda axis: inverse_moments[axis])[1]
     axes = ((middle + 2) % 3, middle, (middle + 1) % 3)
     a, b, c = (inverse_moments[axis] for axis in axes)
-    unit = x, y, z = _units(dt, tuple(gyroscopic[axis] for axis in axes))
+    unit = x, y, z = _units(dt, (gyroscopic[axes[0]], gyroscopic[axes[1]], gyroscopic[axes[2]]))
     mean_step = (dt / 12 * a * x, dt / 12 * b * y, dt / 12 * c * z)
     bracket = dt * dt / 24
     bracket_step = (bracket * b * c * y * z, bracket * c * a * z * x, bracket * a * b * x * y)

@@ -115,8 +115,7 @@ def _circular(polhode: Polhode, waves: Harmonics, nome: float, root: float, null
     cosine3, sine3 = cosine * (double - 1.0), sine * (double + 1.0)
     theta1 = sine - squared * sine3 + sixth * (double * sine3 - sine)
     theta2 = cosine + squared * cosine3 + sixth * (double * cosine3 - cosine)
-    per = 1.0 / theta4
-    momentum = (a1 * root * null * theta2 * per, a2 * null * theta1 * per, a3 * root * theta3 * per)
+    momentum = (a1 * root * null * theta2 / theta4, a2 * null * theta1 / theta4, a3 * root * theta3 / theta4)
     meridian = (aspect[0] * root * theta2, aspect[1] * theta1)
     return Seen(momentum, half(less(shifted(waves, angle), meridian)))
 
@@ -177,8 +176,8 @@ def _hyperbolic(polhode: Polhode, angle: Pair, nome: float, root: float, null: f
     even = 1.0 + (nome * growth) ** 2 + nome**4 * decay * decay
     theta1, theta2 = side * alternating(waves.sinh), total(waves.cosh)
     theta3, theta4 = 2.0 * fall * (even + near + far), 2.0 * fall * (even - near - far)
-    per = 1.0 / (root * theta2)
-    momentum = (a1 * null * theta4 * per, a2 * theta1 * per, a3 * null * theta3 * root * per)
+    per = root * theta2
+    momentum = (a1 * null * theta4 / per, a2 * theta1 / per, a3 * null * theta3 / theta2)
     sinh_cosine, cosh_sine = shifted(waves, angle)
     meridian = (aspect[0] * null * theta4, aspect[1] * theta1)
     return Seen(momentum, half(less((cosh_sine, side * sinh_cosine), meridian)))
@@ -211,16 +210,17 @@ def _along_polhode(
     # L^2 - 2E I1, 2E I3 - L^2 and L^2 - 2E I2, each over the moment that makes it a sum of these differences.
     above, below = L2 * L2 * g3 + L3 * L3 * g2, L1 * L1 * g2 + L2 * L2 * g1
     beyond = L3 * L3 * g1 - L1 * L1 * g3
-    root_above, root_below, per_above = math.sqrt(above), math.sqrt(below), 1.0 / (above * g1)
+    a1, a2, a3 = math.sqrt(below / g2), math.sqrt(below / g1), math.sqrt(above / g2)
+    per_above = 1.0 / (above * g1)
     polhode = Polhode(
         m=below * g3 * per_above,
         m1=beyond * g2 * per_above,
-        amplitudes=(root_below / root2, root_below / root1, root_above / root2),
+        amplitudes=(a1, a2, a3),
         aspect=(root1, root2),
-        phase=(root2 * L1 / root_below, root1 * L2 / root_below),
+        phase=(L1 / a1, L2 / a2),
         shift=(math.sqrt(g3) / root2, root1 / root2),
     )
-    rate, speed = sense * root_above * root1, math.sqrt(dot(start, start))
+    rate, speed = sense * math.sqrt(above * g1), math.sqrt(dot(start, start))
     path = _circular_path(polhode, rate * t) if polhode.m <= polhode.m1 else _hyperbolic_path(polhode, rate * t)
     turn = _turn_between(start, speed, path, (speed * inverse_middle - rate * path.lag) * t)
     return turn, path.momentum

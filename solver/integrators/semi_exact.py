@@ -19,7 +19,7 @@ splitting methods" (2008), which calls such methods semi-exact; DLMF 22.6.5-7, 2
 """
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +41,8 @@ WEIGHT_END, WEIGHT_BETWEEN, WEIGHT_MIDDLE = 1 / 20, 49 / 180, 16 / 45
 # doubled: as often for a short step as for one that turns L by a right angle or three; more often for a longer one.
 DOUBLINGS, LIMIT = 6, 1 / 64
 # t, t^3, ..., t^13 at the nodes, and their derivatives.
-POWERS = tuple(tuple(node**k for node in NODES) for k in range(1, 14, 2))
-SLOPES = tuple(tuple(k * node ** (k - 1) for node in NODES) for k in range(1, 14, 2))
+POWERS = cast(tuple[Four, ...], tuple(tuple(node**k for node in NODES) for k in range(1, 14, 2)))
+SLOPES = cast(tuple[Four, ...], tuple(tuple(k * node ** (k - 1) for node in NODES) for k in range(1, 14, 2)))
 
 Axes = tuple[int, int, int]
 

@@ -110,7 +110,7 @@ def test_exponential(length):
     np.testing.assert_allclose(fused_exponential(u), exponential(u), rtol=0, atol=2 * EPS)
 
 
-@pytest.mark.parametrize("scale", [1e-3, 1.0, math.pi, 30.0, 1e6])
+@pytest.mark.parametrize("scale", [1e-3, 1.0, math.pi, 30.0, 1e6, 4e15, 1e18])
 def test_half_turn(scale):
     angles = [*np.random.default_rng(4).uniform(-scale, scale, 200), math.pi, -math.pi, 0.0, scale]
     for angle in angles:
