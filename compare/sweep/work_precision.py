@@ -189,7 +189,7 @@ def against_the_clock(
     -------
     all runs, timed if possible
     """
-    timed, why_untimed = time_runs(running_engines, scene, runs, effort.sampling)
+    ((timed, why_untimed),) = time_runs(running_engines, [(scene, runs)], effort.sampling)
     on_progress("timed")
     clocked = {id(each.run) for each in timed}
     return Sweep(

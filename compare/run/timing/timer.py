@@ -1,6 +1,6 @@
 """The only file that reads a clock: what a contestant's native loop takes, so that it can be believed.
 
-A sample is 1 to 2 ms of a contestant's own loop, with nothing between two readings but calls of `advance`, and after it
+A sample is little more than 1 ms of a contestant's own loop, with nothing between two readings but calls of `advance`, and after it
 a `read`, which waits for what `advance` has only begun; building, compiling and writing states are outside.  Before it
 the loop has run for a while, so that no sample pays for caches that others have filled meanwhile.  Three clocks are
 read; `tumble.compare.run.timing.readings` says which of them is right.
@@ -31,10 +31,14 @@ AGAIN = 2
 CALLS = 20
 # What a first `read` takes longer than a second one by chance [s].
 LEFT_S = 20e-6
-# A load this long has warm caches by itself [ns].
+# A load is made as long as a sample and a little longer, for no look at it is exact.
+SPARE = 1.1
+# What a call costs is nothing beside a load this long, which is not looked at often for it [ns].
 LONG_NS = 1e7
+# Caches that others have filled cost up to 50 us: before a load shorter than this [ns], a part of it is run.
+WARM_NS, WARM_PART = 3e6, 8
 # Twice the steps take twice the time; a loop that takes less than this has done something else.
-GROWTH, LOOKS = 1.5, 5
+GROWTH, LOOKS = 1.5, 3
 # Untimed steps are made in calls of so many, twice as many, ...: as short as a flight's, and as long as a lap's.
 FIRST_CALL, OTHER_CALL = 1, 3
 # An engine that does not repeat its bits may be so many times as far from its untimed steps as so many runs of those
@@ -127,18 +131,17 @@ class Timer:
         build_s = timed(self._prepare)
         first = self._lap().ns
         self._alone = self._lap().ns
-        # What a call costs is nothing beside a long loop, which need not be looked at often for it.
         looks_alone = min(CALLS, int(LONG_NS / max(self._alone, 1.0)))
         self._alone = min([self._alone, *(self._lap().ns for _ in range(looks_alone))])
         while (took := min(self._lap().ns for _ in range(looks))) < sample_ns and self._load < most:
             # A call has its own cost, so that a short load looks longer than it is: what is missing is asked for again.
-            self._load = min(most, max(2 * self._load, round(self._load * sample_ns / max(took, 1))))
+            self._load = min(most, max(self._load + 1, round(SPARE * self._load * sample_ns / max(took, 1))))
             if not pace.by_step:
                 self._prepare()
                 self._lap()
-        self._warm = took < LONG_NS
         if pace.by_step:
             self._refuse_no_time()
+        self._warm = took < WARM_NS
         self._expected = self._untimed(FIRST_CALL)
         call_ns = max(0.0, self._alone - self.sample().ns)
         own = engine.process(self._world) if hasattr(engine, "process") else None
@@ -231,8 +234,10 @@ class Timer:
         if self._warm:
             engine.write(world, self._start.copy())
             for n, dt in calls:
-                prepare(engine, world, dt)
-                advance(world, -(-n // 2), dt)
+                # A flight is not cut into steps: a shorter one.
+                part = (-(-n // WARM_PART), dt) if self._pace.by_step else (n, dt / WARM_PART)
+                prepare(engine, world, part[1])
+                advance(world, *part)
             engine.read(world)
         engine.write(world, self._start.copy())
         taken = flown = np.zeros(len(CLOCKS))
