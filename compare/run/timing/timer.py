@@ -1,9 +1,9 @@
 """The only file that reads a clock: what a contestant's native loop takes, so that it can be believed.
 
-A sample is little more than 1 ms of a contestant's own loop, with nothing between two readings but calls of `advance`, and after it
-a `read`, which waits for what `advance` has only begun; building, compiling and writing states are outside.  Before it
-the loop has run for a while, so that no sample pays for caches that others have filled meanwhile.  Three clocks are
-read; `tumble.compare.run.timing.readings` says which of them is right.
+A sample is little more than 1 ms of a contestant's own loop, with nothing between two readings but calls of `advance`,
+and after it a `read`, which waits for what `advance` has only begun; building, compiling and writing states are
+outside.  Before it the loop has run for a while, so that no sample pays for caches that others have filled meanwhile.
+Three clocks are read; `tumble.compare.run.timing.readings` says which of them is right.
 """
 
 import os
