@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from tumble.compare.engines.parts.soft_law import SoftLaw
 from tumble.compare.run.engines.registry import Finding, built, findings
-from tumble.compare.run.timing.timer import prepare, process_ns, wall_of_steps
+from tumble.compare.run.timing.timer import Steps, prepare
 from tumble.scenarios.frames import Array, quaternion_product, vertices
 from tumble.scenarios.impulse import RayMissed, jump
 from tumble.scenarios.refusal import UserError
@@ -176,15 +176,11 @@ def simulate(
 
     engine.write(world, with_impulses(scene, 0.0, scene.start.copy(), found))
     states = look(0.0, engine.read(world))
-    steps, wall_s, cpu_ns = 0, 0.0, 0
+    steps, taken = Steps(engine, world), 0
     for leg in legs(scene, dt):
         prepare(engine, world, leg.dt)
-        begun = process_ns()
-        took, read = wall_of_steps(engine, world, leg.n, leg.dt)
-        cpu_ns += process_ns() - begun
-        wall_s += took
-        steps += leg.n
-        states = look(leg.end, read)
+        states = look(leg.end, steps.make(leg.n, leg.dt))
+        taken += leg.n
         if not np.isfinite(states).all():
             break
         if any(impulse.time == leg.end for impulse in scene.impulses):
@@ -201,13 +197,13 @@ def simulate(
         times=scene.rows,
         states=seen,
         vertices=points,
-        steps=steps,
-        wall_s=wall_s,
+        steps=taken,
+        wall_s=steps.wall_s,
         findings=tuple(dict.fromkeys(found)),
         remark=engine.remark(world) if hasattr(engine, "remark") else "",
         soft_law=engine.soft_law(world) if scene.plane is not None and hasattr(engine, "soft_law") else None,
         probe=run_probe(engine, scene, method, dt, keep) if probe else None,
-        cpu_s=cpu_ns / 1e9,
+        cpu_s=steps.cpu_s,
     )
 
 

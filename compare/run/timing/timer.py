@@ -283,21 +283,39 @@ def idle(engine: ModuleType, world: object, calls: Sequence[tuple[int, float]]) 
     return np.min(looks, axis=0)
 
 
-def wall_of_steps(engine: ModuleType, world: object, n: int, dt: float) -> tuple[float, Any]:
-    """Make n steps of dt [s]; return their wall time [s], and the states read after them.
+class Steps:
+    """The steps of a run, and what they have taken so far: wall time and CPU time of the engine's native loops [s].
 
     What `advance` has left to be done when it is read counts; of a program, the way there and back does not.
     """
-    took = timed(engine.advance, world, n, dt)
-    begin = perf_counter()
-    states = engine.read(world)
-    first = perf_counter() - begin
-    if first > LEFT_S:
-        left = first - timed(engine.read, world)
-        took += left if left > LEFT_S else 0.0
-    if hasattr(engine, "reported_ns"):
-        took = max(0.0, took - idle(engine, world, [(n, dt)])[2] / 1e9)
-    return took, states
+
+    def __init__(self, engine: ModuleType, world: object) -> None:
+        self._engine, self._world, self._is_program = engine, world, hasattr(engine, "reported_ns")
+        self.wall_s, self._cpu_ns, self._children_ns = 0.0, 0, usage.children_ns()
+        self._read_s = 0.0  # what a read takes where nothing was left; 0 until it has taken long once
+
+    @property
+    def cpu_s(self) -> float:
+        """CPU time of the process and of its children that have ended."""
+        return (self._cpu_ns + usage.children_ns() - self._children_ns) / 1e9
+
+    def make(self, n: int, dt: float) -> Any:
+        """Make n steps of dt [s]; return the states read after them."""
+        engine, world = self._engine, self._world
+        cpu_ns = process_time_ns()
+        took = timed(engine.advance, world, n, dt)
+        begin = perf_counter()
+        states = engine.read(world)
+        first = perf_counter() - begin
+        if first > self._read_s + LEFT_S:
+            self._read_s = timed(engine.read, world)
+            left = first - self._read_s
+            took += left if left > LEFT_S else 0.0
+        if self._is_program:
+            took = max(0.0, took - idle(engine, world, [(n, dt)])[2] / 1e9)
+        self._cpu_ns += process_time_ns() - cpu_ns
+        self.wall_s += took
+        return states
 
 
 def prepare(engine: ModuleType, world: object, dt: float) -> None:
