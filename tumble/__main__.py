@@ -82,11 +82,12 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
     elif options.command is None:
         top.print_help()
     else:
-        command = importlib.import_module(f"tumble.commands.{options.command}")
-        importlib.import_module("tumble.notes").show_log()
-        if any(getattr(options, name, None) for name in ("shard", "cache", "parquet", "workers", "scheduler")):
-            return importlib.import_module("tumble.shares").main(command.main, options)
-        return command.main(options)
+        with importlib.import_module("tumble.early").engines_begun(options):
+            command = importlib.import_module(f"tumble.commands.{options.command}")
+            importlib.import_module("tumble.notes").show_log()
+            if any(getattr(options, name, None) for name in ("shard", "cache", "parquet", "workers", "scheduler")):
+                return importlib.import_module("tumble.shares").main(command.main, options)
+            return command.main(options)
     return EXIT_DONE
 
 

@@ -30,12 +30,16 @@ TIME_LIMIT_S = 60.0
 DEFAULT, AS_ASKED = "default", "as asked"
 
 
+# Processes that `begin` has begun, by engine and limits.
+_begun: dict[tuple[str, float, int], Worker] = {}
+
+
 class Pool:
-    """Where the processes of engines come from: a new one for every study."""
+    """Where the processes of engines come from: a new one for every study, or one that has begun for it."""
 
     def worker(self, engine: str, time_limit: float, memory_limit: int) -> Worker:
         """Return a process that begins to load the engine."""
-        return Worker(engine, time_limit, memory_limit)
+        return _begun.pop((engine, time_limit, memory_limit), None) or Worker(engine, time_limit, memory_limit)
 
     def release(self, worker: Worker | LocalWorker) -> None:
         """End a process that a study has done with."""
@@ -259,6 +263,30 @@ def wanted(asked: Iterable[str]) -> dict[str, list[str]]:
     for one in map(known_contestant, asked):
         engines.setdefault(one.engine_release, {})[str(one.method)] = None
     return {engine: [*methods] for engine, methods in engines.items()} or {engine: [""] for engine in registry.usual()}
+
+
+def begin(asked: Iterable[str], time_limit: float, memory_limit: int) -> None:
+    """Begin to load engines of Tumble's that a study will ask for; files of a user are run when it does.
+
+    Parameters
+    ----------
+    asked : as of `wanted`
+    time_limit : for each answer of an engine [s]
+    memory_limit : for each engine's process [B]
+
+    Raises
+    ------
+    BadEngine : as of `wanted`
+    """
+    for engine in wanted(asked):
+        if not registry.is_file(engine):
+            _begun[engine, time_limit, memory_limit] = Worker(engine, time_limit, memory_limit)
+
+
+def end_begun() -> None:
+    """End the processes that no study has asked for."""
+    while _begun:
+        _begun.popitem()[1].close()
 
 
 def engine_files(asked: Iterable[str]) -> Iterator[str]:

@@ -21,4 +21,4 @@ def test_points_on_an_edge_and_inside_change_nothing():
     corners = np.array([(2.0, 1.0), (2.0, -1.0), (-2.0, -1.0), (-2.0, 1.0)])
     points = np.vstack((corners, (corners + np.roll(corners, 1, axis=0)) / 2, [(0.5, 0.5)], corners))
     assert edge_distance(points) == 1.0
-    assert edge_distance(points + (0.0, 3.0)) == -2.0
+    assert edge_distance(points + np.array((0.0, 3.0))) == -2.0
