@@ -72,6 +72,7 @@ SHOWN = ("euler", "euler+defaults", "rk4", "implicitfast")
 LANDING = ("euler", *CONTACT)
 FEATURES = {"gravity", "tether", "drag", "floor", "plane"}
 STEP_NS = 2000
+REUSES_WORLD = True
 OPTIONAL = (*FLAGS, "geoms")
 PACKAGES = ("mujoco", "mujoco-core")
 PINS = ("mujoco==4.0.0",)

@@ -42,6 +42,7 @@ SHOWN = ("multibody", "multibody+defaults", "rigidbody")
 LANDING = METHODS
 FEATURES = {"gravity", "tether", "drag", "floor", "plane"}
 STEP_NS = 1000
+REUSES_WORLD = True
 OPTIONAL = ("collision shape",)
 PACKAGES = ("pybullet",)
 PINS = ("pybullet==3.2.7", "numpy==2.4.6")
