@@ -46,7 +46,7 @@ class Effort:
 
 FULL = Effort()
 # For the page: a third of the tolerances, sequences a twenty-fifth as long.
-BRIEF = Effort(0.05, TOLERANCES[::3], Sampling(span_s=0.0, rounds=12, budget_s=2.0))
+BRIEF = Effort(0.05, TOLERANCES[::3], Sampling(span_s=0.0, rounds=8, budget_s=2.0))
 
 
 @dataclass(frozen=True, eq=False)
