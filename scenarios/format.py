@@ -43,7 +43,7 @@ SensorKind = Annotated[
     Meta(description="'imu', 'accelerometer', 'gyro' or 'magnetometer-direction'"),
 ]
 Switch = Annotated[bool, Meta(description="true or false")]
-Shape = Annotated[str, Meta(description="'box', 'mesh', 'rigid' or 'sphere'")]
+Shape = Annotated[str, Meta(description="'box', 'disc', 'mesh', 'rigid' or 'sphere'")]
 
 ORIGIN = (0.0, 0.0, 0.0)
 
@@ -97,9 +97,16 @@ class SphereTable(BodyTable, tag="sphere", kw_only=True):
     radius: Annotated[Positive, _key("m", "radius")]
 
 
+class DiscTable(BodyTable, tag="disc", kw_only=True):
+    """A uniform disc about the body's z axis, shape = "disc"; its points are the centre and eight of each rim."""
+
+    radius: Annotated[Positive, _key("m", "radius")]
+    thickness: Annotated[NotNegative, _key("m", "along z; 0 is the limit of a thin disc, with one rim")] = 0.0
+
+
 # The keys of [body] that some shape has.
 BODY_KEYS = frozenset(
-    name for table in (BoxTable, MeshTable, RigidTable, SphereTable) for name in table.__struct_fields__
+    name for table in (BoxTable, DiscTable, MeshTable, RigidTable, SphereTable) for name in table.__struct_fields__
 )
 
 
@@ -199,7 +206,7 @@ class File(_Table, kw_only=True):
     title: Annotated[Text, _key("", "one line")]
     duration: Annotated[Positive, _key("s", "duration of the simulation")]
     step: Annotated[Positive, _key("s", "default time step; grading alone does not need one")] | None = None
-    body: BoxTable | MeshTable | RigidTable | SphereTable
+    body: BoxTable | DiscTable | MeshTable | RigidTable | SphereTable
     source: Annotated[Text, _key("", "where the case comes from")] = ""
     times: Annotated[Times, _key("s", "sample times; or give samples")] | None = None
     samples: Annotated[Count, _key("", "number of equal intervals, instead of times")] | None = None

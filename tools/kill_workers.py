@@ -20,7 +20,7 @@ from tempfile import TemporaryDirectory
 
 import psutil
 
-from tumble.compare.run.cluster import connected
+from tumble.compare.run.cluster.connecting import connected
 from tumble.compare.run.execution import Execution, executing
 from tumble.compare.run.running_engines import RunningEngine, launched
 from tumble.compare.run.task_cache import TaskCache, apart_from_times
@@ -99,7 +99,7 @@ def check(name: str, count: int, workers: int, kills: int, end_scheduler: bool, 
             if end_scheduler:
                 scheduler.kill()
 
-        with launched(["tumble:rk4"]) as (engine,), connected(f"127.0.0.1:{PORT}", None, {}) as cluster:
+        with launched(["tumble:rk4"]) as (engine,), connected(f"127.0.0.1:{PORT}") as cluster:
             cluster.client.wait_for_workers(workers, timeout=120)
             begun = time.monotonic()
             killer = threading.Thread(target=kill, daemon=True)

@@ -22,7 +22,7 @@ import io
 import signal
 import threading
 from collections.abc import Mapping
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 
 from tumble.parser import EXIT_USER, Parser, complete, parser
 from tumble.reports.output import drop_output
@@ -31,6 +31,8 @@ if before is not None:
     signal.signal(signal.SIGINT, before)
 
 EXIT_DONE, EXIT_BUG, EXIT_INTERRUPTED = 0, 3, 130
+# Options that say where tasks run, or that tables have a copy: `tumble.shares` deals with them.
+SHARED = ("shard", "cache", "parquet", "workers", "scheduler", "tls_ca", "tls_cert", "tls_key")
 INTERRUPTED = "interrupted; nothing was written"
 # Signals received that end this process.
 interrupts: list[int] = []
@@ -82,10 +84,12 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
     elif options.command is None:
         top.print_help()
     else:
-        with importlib.import_module("tumble.early").engines_begun(options):
+        shared = any(getattr(options, name, None) for name in SHARED)
+        early = nullcontext() if shared else importlib.import_module("tumble.early").engines_begun(options)
+        with early:
             command = importlib.import_module(f"tumble.commands.{options.command}")
             importlib.import_module("tumble.notes").show_log()
-            if any(getattr(options, name, None) for name in ("shard", "cache", "parquet", "workers", "scheduler")):
+            if shared:
                 return importlib.import_module("tumble.shares").main(command.main, options)
             return command.main(options)
     return EXIT_DONE

@@ -28,11 +28,15 @@ def engines_begun(options: Namespace) -> Iterator[None]:
 
     server = forks.enter()
     try:
-        from tumble.compare.run.running_engines import begin, end_begun
+        from tumble.compare.run.asked import wanted
+        from tumble.compare.run.engines.registry import is_file
+        from tumble.compare.run.pool import begin, end_begun
         from tumble.scenarios.refusal import UserError
 
         with suppress(UserError):  # the command says so
-            begin(options.engine, options.time_limit, options.memory_limit)
+            # Files of a user are run when the command does.
+            tumbles = [engine for engine in wanted(options.engine) if not is_file(engine)]
+            begin(tumbles, options.time_limit, options.memory_limit)
     finally:
         forks.leave(server)
     try:

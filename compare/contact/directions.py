@@ -158,7 +158,9 @@ def reaches_edge(scene: Scene) -> float:
     if len(face) < 3:
         return 0.0
     flat = (face - centre) @ np.stack(plane_axes(scene.plane.normal), axis=1)
-    return edge_distance(flat) / float((centre - scene.plane.point) @ scene.plane.normal)
+    disc = scene.body.disc
+    nearest = edge_distance(flat) if disc is None else disc.radius
+    return nearest / float((centre - scene.plane.point) @ scene.plane.normal)
 
 
 def edge_distance(points: Array) -> float:

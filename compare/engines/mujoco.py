@@ -35,6 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.compare.engines.parts.apart import Apart, from_each, in_each, of_each, to_each
+from tumble.compare.engines.parts.cylinder import cylinder
 from tumble.compare.engines.parts.impact import damping_ratio, impact_duration, of_steps
 from tumble.compare.engines.parts.scale import scale_to_one
 from tumble.compare.engines.parts.soft_law import IMPEDANCE as IMPEDANCE_LAW
@@ -327,9 +328,12 @@ def plane_of(plane: "Plane", own: str) -> str:
 
 
 def shape_of(body: "Body") -> str:
-    """Return the attributes of the body's geom: a sphere, a box, or the convex hull of its points."""
+    """Return the attributes of the body's geom: a sphere, a cylinder, a box, or the convex hull of its points."""
     if body.radius is not None:
         return f'type="sphere" size="{body.radius!r}"'
+    if body.disc is not None:
+        radius, half = cylinder(body.disc)
+        return f'type="cylinder" size="{radius!r} {half!r}"'
     return 'type="mesh" mesh="hull"' if body.size is None else f'type="box" size="{words(body.size / 2)}"'
 
 

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.compare.engines.parts.cylinder import cylinder
 from tumble.compare.engines.parts.scale import scale_to_one
 from tumble.compare.engines.parts.silence import silenced_stderr
 
@@ -161,8 +162,13 @@ def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
 
 
 def collision_shape(world: World, scene: "Scene") -> int:
-    """Return PyBullet's number for a sphere, a box or the hull of points; without a plane for a box about the body."""
+    """Return PyBullet's number for a sphere, a cylinder, a box or the hull of points; without a plane for a box."""
     body = scene.body
+    if scene.plane and body.disc is not None:
+        radius, half = cylinder(body.disc)
+        return pybullet.createCollisionShape(
+            pybullet.GEOM_CYLINDER, radius=radius, height=2 * half, physicsClientId=world.client
+        )
     if scene.plane and body.radius is not None:
         return pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=body.radius, physicsClientId=world.client)
     if scene.plane and body.size is None:

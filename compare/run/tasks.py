@@ -6,8 +6,8 @@ and does its tasks one after the other; engines work side by side, as many as th
 or hung is replaced for the next run (`RunningEngine.simulate`), each answer has its time limit, and when the command is
 interrupted, or a task fails, all processes are killed at once.
 
-`run` finds finished tasks, and runs the share of the others that its `Execution` has; `work` is the embedded runner.
-Another executor, of many machines, goes in here and nowhere else.
+`run` finds finished tasks, and runs the share of the others that its `Execution` has; `work` is the embedded runner,
+in whose place an `Execution` may have another one, of many machines (`cluster/`).
 """
 
 import logging

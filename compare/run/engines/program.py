@@ -290,9 +290,11 @@ def numbers_of(scene: Scene) -> dict[str, Any]:
 
 
 def shape_of(body: Body) -> dict[str, Any]:
-    """Return what touches a plane, in body axes [m]: a box, a sphere, or the convex hull of the points."""
+    """Return what touches a plane, in body axes [m]: a box, a sphere, a disc, or the convex hull of the points."""
     if body.size is not None:
         return {"kind": "box", "size": body.size.tolist()}
+    if body.disc is not None:
+        return {"kind": "disc", "radius": body.disc.radius, "thickness": body.disc.thickness}
     return {"kind": "hull"} if body.radius is None else {"kind": "sphere", "radius": body.radius}
 
 

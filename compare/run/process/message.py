@@ -71,6 +71,11 @@ def split(frames: bytes) -> tuple[bytes, bytes]:
     return frames[PREFIX.size : PREFIX.size + head], frames[PREFIX.size + head :]
 
 
+def unframed(hint: Any, data: bytes) -> Any:
+    """Return the value of one whole frame as the type of that hint.  Raises Malformed."""
+    return unpacked(hint, *split(data))
+
+
 def unpacked(hint: Any, head: bytes, body: bytes | bytearray) -> Any:
     """Return the value of a frame as the type of that hint; its arrays lie in body.  Raises Malformed."""
     try:
