@@ -22,7 +22,7 @@ import io
 import signal
 import threading
 from collections.abc import Mapping
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 
 from tumble.parser import EXIT_USER, Parser, complete, parser
 from tumble.reports.output import drop_output
@@ -84,14 +84,11 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
     elif options.command is None:
         top.print_help()
     else:
-        shared = any(getattr(options, name, None) for name in SHARED)
-        early = nullcontext() if shared else importlib.import_module("tumble.early").engines_begun(options)
-        with early:
-            command = importlib.import_module(f"tumble.commands.{options.command}")
-            importlib.import_module("tumble.notes").show_log()
-            if shared:
-                return importlib.import_module("tumble.shares").main(command.main, options)
-            return command.main(options)
+        command = importlib.import_module(f"tumble.commands.{options.command}")
+        importlib.import_module("tumble.notes").show_log()
+        if any(getattr(options, name, None) for name in SHARED):
+            return importlib.import_module("tumble.shares").main(command.main, options)
+        return command.main(options)
     return EXIT_DONE
 
 

@@ -1,6 +1,5 @@
 """Where the processes of engines come from: a new one for every study, unless who runs it has its own pool."""
 
-from collections.abc import Iterable
 from contextvars import ContextVar
 
 from tumble.compare.run.engines.registry import EngineInfo
@@ -8,16 +7,13 @@ from tumble.compare.run.local import LocalWorker
 from tumble.compare.run.status import Failure
 from tumble.compare.run.worker import Worker
 
-# Processes that `begin` has begun, by engine and limits.
-_begun: dict[tuple[str, float, int], Worker] = {}
-
 
 class Pool:
-    """Where the processes of engines come from: a new one for every study, or one that has begun for it."""
+    """Where the processes of engines come from: a new one for every study."""
 
     def worker(self, engine: str, time_limit: float, memory_limit: int) -> Worker:
         """Return a process that begins to load the engine."""
-        return _begun.pop((engine, time_limit, memory_limit), None) or Worker(engine, time_limit, memory_limit)
+        return Worker(engine, time_limit, memory_limit)
 
     def release(self, worker: Worker | LocalWorker) -> None:
         """End a process that a study has done with."""
@@ -33,22 +29,3 @@ class Pool:
 
 # The pool of whoever runs a study: a session of `import tumble` puts its own here, for its block alone.
 POOL: ContextVar[Pool] = ContextVar("pool of engine processes", default=Pool())  # noqa: B039
-
-
-def begin(engines: Iterable[str], time_limit: float, memory_limit: int) -> None:
-    """Begin to load engines that a study will ask for.
-
-    Parameters
-    ----------
-    engines : ENGINE[@RELEASE] of each
-    time_limit : for each answer of an engine [s]
-    memory_limit : for each engine's process [B]
-    """
-    for engine in engines:
-        _begun[engine, time_limit, memory_limit] = Worker(engine, time_limit, memory_limit)
-
-
-def end_begun() -> None:
-    """End the processes that no study has asked for."""
-    while _begun:
-        _begun.popitem()[1].close()

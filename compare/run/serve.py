@@ -1,8 +1,7 @@
 """The process of an engine: loads it, says what it is, then does what it is asked until nobody asks any more.
 
-Run as a program by any interpreter that has numpy: `serve.py ENGINE MEMORY_LIMIT LINE LIFELINE`, or as a fork server,
-`serve.py --forks LINE LIFELINE`.  Its working directory is no place to import from, and of ours it finds the package
-tumble alone, wherever that lies.
+Run as a program by any interpreter that has numpy: `serve.py ENGINE MEMORY_LIMIT LINE LIFELINE`.  Its working directory
+is no place to import from, and of ours it finds the package tumble alone, wherever that lies.
 """
 
 import importlib.util
@@ -15,23 +14,10 @@ from pathlib import Path
 TUMBLE = Path(__file__).absolute().parents[2]
 
 
-def main(*words: str) -> None:
-    """Serve one engine, or fork, and in each fork an engine or calls."""
-    load_tumble()
-    from tumble.compare.run.process.forks import CALLS, ENGINE, SERVER, forked
-
-    what, *given = forked(*words[1:]) if words[0] == SERVER else (ENGINE, *words)
-    if what == CALLS:
-        from tumble.compare.run.process.caller import serve
-
-        serve(*given)
-    else:
-        serve_engine(*given)
-
-
-def serve_engine(engine: str, memory_limit: str, line: str, lifeline: str) -> None:
+def main(engine: str, memory_limit: str, line: str, lifeline: str) -> None:
     """Serve one engine."""
-    from tumble.compare.run.process.child import end_with_parent, open_line
+    load_tumble()
+    from tumble.compare.run.process.process import end_with_parent, open_line
     from tumble.compare.run.process.usage import limit_memory
 
     connection = open_line(line)

@@ -14,10 +14,8 @@ from tumble.compare.run.digest import digest
 from tumble.compare.run.engines.environments import HERE, Place, located
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo, files, is_file
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.process.child import signal_name
-from tumble.compare.run.process.forks import ENGINE
 from tumble.compare.run.process.message import Malformed
-from tumble.compare.run.process.process import Died, Process
+from tumble.compare.run.process.process import Died, Process, signal_name
 from tumble.compare.run.questions import (
     Ended,
     PrepareTimer,
@@ -71,12 +69,10 @@ class Worker:
         if place is None:
             self._why_gone = Failure(Status.MISSING, why)
             return
-        serve, words = str(Path(__file__).with_name("serve.py")), (name, str(memory_limit))
-        own = place == HERE and not is_file(engine)
+        serve = str(Path(__file__).with_name("serve.py"))
         try:
             # Files in the working directory are the user's, and run only when he names one.
-            command = [place.python, "-P", serve, *words]
-            self._process = Process(command, place.variables, (ENGINE, *words) if own else ())
+            self._process = Process([place.python, "-P", serve, name, str(memory_limit)], place.variables)
         except OSError as error:
             reason = f"its process cannot be started: {error.strerror or error}"
             self._why_gone = Failure(Status.CRASHED, reason, process_died=True)

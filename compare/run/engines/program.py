@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from tumble.compare.run.process.child import signal_name
+from tumble.compare.run.process.process import signal_name
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Body, Scene
 

@@ -19,10 +19,8 @@ from typing import Any
 import numpy as np
 
 import tumble
-from tumble.compare.run.process.child import end_with_parent, open_line
-from tumble.compare.run.process.forks import CALLS
 from tumble.compare.run.process.message import PREFIX, frame, lengths, unpacked
-from tumble.compare.run.process.process import Died, Process
+from tumble.compare.run.process.process import Died, Process, end_with_parent, open_line
 
 # What the process runs: it finds the package where this one has found it, and nothing else of the working folder.
 HOME = str(Path(tumble.__path__[0]).parent)
@@ -51,7 +49,7 @@ class Caller:
             if self._ended or (self._process is not None and self._process.gone):
                 raise Died("its process is gone")
             if self._process is None:
-                self._process = Process([sys.executable, "-P", "-c", BEGIN], {}, (CALLS,))
+                self._process = Process([sys.executable, "-P", "-c", BEGIN], {})
             return self._thread.submit(self._call, self._process, function, arguments, tell)
 
     def _call(

@@ -23,7 +23,7 @@ HOLDS = "import os, sys, time; os.fork() or time.sleep(6000); sys.exit(int({code
 WATCHED = """
 import sys
 {without}
-from tumble.compare.run.process.child import end_with_parent
+from tumble.compare.run.process.process import end_with_parent
 end_with_parent(sys.argv[1])
 print("watched", flush=True)
 while True: pass
