@@ -87,7 +87,7 @@ def measure_record(how: Measuring, baseline: Record | None = None, display: Disp
     beside = baseline.contestants if baseline else ()
     with (
         started(contestants, how.time_limit, how.memory_limit, display, beside=beside) as running_engines,
-        display(flights(running_engines, [*scenes, *landing]) + len(scenes) * (1 + timed)) as on_progress,
+        display(flights(running_engines, [*scenes, *landing]) + len(scenes) + timed) as on_progress,
     ):
         words = names(asked_scenes), names(contestants)
         return measure(running_engines, scenes, words, how.command, timed, on_progress)

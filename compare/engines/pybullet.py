@@ -43,6 +43,7 @@ SHOWN = ("multibody", "multibody+defaults", "rigidbody")
 LANDING = METHODS
 FEATURES = {"gravity", "tether", "drag", "floor", "plane"}
 STEP_NS = 1000
+REUSES_WORLD = True
 OPTIONAL = ("collision shape",)
 PACKAGES = ("pybullet",)
 PINS = ("pybullet==3.2.7", "numpy==2.4.6")
@@ -289,14 +290,14 @@ def hold(world: World, held: "Wrench") -> None:
 
 def read(world: World) -> NDArray[np.float64]:
     """Return the states of the throws, (N, 13)."""
-    states = np.empty((len(world.bodies), 13))
-    for state, body in zip(states, world.bodies, strict=True):
+    states = []
+    for body in world.bodies:
         x, (*xyz, w) = pybullet.getBasePositionAndOrientation(body, physicsClientId=world.client)
         v, spin = pybullet.getBaseVelocity(body, physicsClientId=world.client)
-        state[:] = *x, w, *xyz, *v, *spin
+        states.append((*x, w, *xyz, *v, *spin))
         world.fastest = max(world.fastest, math.hypot(*spin))
         world.peak = max(world.peak, *map(abs, v), *map(abs, spin))
-    return states
+    return np.array(states).reshape(-1, 13)
 
 
 Found = Iterator[tuple[str, str]]
