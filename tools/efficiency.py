@@ -107,7 +107,8 @@ def model(rows: Sequence[Row], own_s: float) -> list[str]:
     own_s: what each worker takes for itself, to start and to start engines
     """
     alone = [row for row in rows if row["workers"] == "1"]
-    serial = median(float(row["serial_s"]) for row in alone)
+    known = [row for row in alone if row["serial_s"]] or [row for row in rows if row["serial_s"]]
+    serial = median(float(row["serial_s"]) for row in known)
     work = median(float(row["processor_s"]) for row in alone) - serial - own_s
     shares = (f"{(serial + own_s + work) / (n * (serial + own_s) + work):.0%}" for n in MACHINES)
     return [TITLES[alone[0]["workload"]], *map(seconds, (serial, own_s, work)), *shares]
