@@ -14,6 +14,7 @@ from tumble.solver.quaternion import Quaternion, conjugate, norm_squared, produc
 from tumble.solver.vectors import Vector, dot, times
 
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 Columns = NDArray[np.int64]
 
 # So small that its square is lost in rounding, and with it the error of the derivative.
@@ -34,18 +35,22 @@ def put_jacobian(
     inverse_moments: Vector | None,
     gyroscopic: Vector | None,
     forces: Forces,
+    near: ComplexArray,
+    change: ComplexArray,
     jacobian: Array,
 ) -> None:
-    """Put the derivative of the slope by the state into jacobian, (m, m)."""
-    near, change = np.empty(13, np.complex128), np.empty(13, np.complex128)
+    """Put the derivative of dv/dt and dL/dt by the columns of the state into jacobian, (3 or 6, 13).
+
+    The derivatives of dx/dt and dq/dt are known: `tumble.solver.collocation.corrections`.
+    """
     for a in range(13):
         near[a] = state[a]
     for c in range(len(columns)):
         near[columns[c]] = complex(state[columns[c]], IMAGINARY)
         store(change, slope(load(near, inverse_moments), inverse_moments, gyroscopic, forces))
         near[columns[c]] = state[columns[c]]
-        for r in range(len(columns)):
-            jacobian[r, c] = change[columns[r]].imag / IMAGINARY
+        for r in range(len(jacobian)):
+            jacobian[r, columns[c]] = change[7 + r].imag / IMAGINARY
 
 
 @inner
@@ -58,6 +63,8 @@ def put_wanted(
     inverse_moments: Vector | None,
     gyroscopic: Vector | None,
     forces: Forces,
+    here: Array,
+    pushes: Array,
     wanted: Array,
 ) -> float:
     """Put the slopes that the equations of motion ask for at the stages into wanted, (3, 13).
@@ -69,7 +76,9 @@ def put_wanted(
     """
     for i in range(3):
         store(wanted[i], free_slope(load(stages[i], inverse_moments), inverse_moments, gyroscopic))
-    here, pushes = np.empty(13), np.zeros((3, 4))
+    for i in range(3):
+        for a in range(4):
+            pushes[i, a] = 0.0
     roughness = 0.0
     for k in range(len(method.means[0])):
         for a in range(7):

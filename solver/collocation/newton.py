@@ -11,15 +11,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.solver.collocation.corrections import Reduced, put_reduced, resolve
 from tumble.solver.collocation.equations import energy, put_jacobian, put_wanted, weighted
 from tumble.solver.collocation.scheme import Scheme
-from tumble.solver.compilation import inner
+from tumble.solver.compilation import inner, scalar
 from tumble.solver.forces import Forces
-from tumble.solver.linear import factorise, substitute
 from tumble.solver.vectors import Vector, dot, times
 
 Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Columns = NDArray[np.int64]
 
 # A Jacobian serves badly where a correction is more than POOR of the one before.  Measured on the stiff scenes of the
@@ -40,22 +39,52 @@ UNCLEAR = 1e-3
 FURTHEST_TURN = 1.0
 
 
-class Factors(NamedTuple):
-    """The equations of a correction in their LU factors: one real and one complex, of the size of a state.
+class Room(NamedTuple):
+    """Where Newton's method works: states, slopes and corrections at the stages, (3, 13), and what resolves them."""
 
-    The stages' equations, (3 m, 3 m), fall into these by the eigenvectors of the method's coefficients.
-    """
+    stages: Array
+    wanted: Array
+    corrections: Array
+    middle: Array
+    instant: Array
+    pushes: Array
+    near: NDArray[np.complex128]
+    change: NDArray[np.complex128]
+    jacobian: Array
+    real: Reduced
+    pair: Reduced
 
-    real: Array
-    real_order: Columns
-    pair: ComplexArray
-    pair_order: Columns
+
+@scalar
+def room(columns: Columns) -> Room:
+    """Return room for steps of these columns of a state."""
+    m = len(columns) // 2
+    return Room(
+        np.zeros((3, 13)),
+        np.zeros((3, 13)),
+        np.zeros((3, 13)),
+        np.zeros(13),
+        np.zeros(13),
+        np.zeros((3, 4)),
+        np.zeros(13, np.complex128),
+        np.zeros(13, np.complex128),
+        np.zeros((m, 13)),
+        Reduced(np.empty((m, m)), np.empty(m, np.int64), np.empty(4), np.zeros(13), np.empty(m)),
+        Reduced(
+            np.empty((m, m), np.complex128),
+            np.empty(m, np.int64),
+            np.empty(4, np.complex128),
+            np.zeros(13, np.complex128),
+            np.empty(m, np.complex128),
+        ),
+    )
 
 
 @inner
 def found(
     state: Array,
     slopes: Array,
+    here: Room,
     dt: float,
     columns: Columns,
     method: Scheme,
@@ -68,9 +97,7 @@ def found(
 
     columns: what of a state is stepped; reach [m]: the body's size, as its radius of gyration has it.
     """
-    m = len(columns)
-    stages, wanted, corrections = np.empty((3, 13)), np.empty((3, 13)), np.zeros((3, 13))
-    factors = Factors(np.empty((m, m)), np.empty(m, np.int64), np.empty((m, m), np.complex128), np.empty(m, np.int64))
+    stages, middle = here.stages, here.middle
     _predict(slopes, columns)
     previous, stale = math.inf, True
     for _ in range(MOST_CORRECTIONS):
@@ -78,10 +105,16 @@ def found(
         if not _turn(stages, dt, inverse_moments) <= FURTHEST_TURN:
             return False
         if stale:
-            _put_factors(factors, stages[1], dt, columns, method, inverse_moments, gyroscopic, forces)
-        roughness = put_wanted(state, slopes, stages, dt, method, inverse_moments, gyroscopic, forces, wanted)
-        _correct(slopes, corrections, wanted, dt, columns, method, factors)
-        change, shift = _sizes(corrections, stages, reach)
+            for a in range(13):
+                middle[a] = stages[1, a]
+            put_jacobian(middle, columns, inverse_moments, gyroscopic, forces, here.near, here.change, here.jacobian)
+            put_reduced(here.real, dt * method.real_rate, here.jacobian, middle, inverse_moments)
+            put_reduced(here.pair, dt * method.pair_rate, here.jacobian, middle, inverse_moments)
+        roughness = put_wanted(
+            state, slopes, stages, dt, method, inverse_moments, gyroscopic, forces, here.instant, here.pushes, here.wanted
+        )
+        _correct(slopes, here, dt, columns, method, inverse_moments)
+        change, shift = _sizes(here.corrections, stages, reach)
         shrinking = change / previous if previous < math.inf else POOR
         if change * shrinking <= LEAST_CHANGE or (shrinking > HALVING and shift < ROUNDING):
             return _is_clear(dt * roughness, stages, dt, reach, forces.mass, inverse_moments)
@@ -112,52 +145,27 @@ def _put_stages(stages: Array, state: Array, slopes: Array, dt: float, method: S
 
 
 @inner
-def _put_factors(
-    factors: Factors,
-    middle: Array,
-    dt: float,
-    columns: Columns,
-    method: Scheme,
-    inverse_moments: Vector | None,
-    gyroscopic: Vector | None,
-    forces: Forces,
-) -> None:
-    """Factorise 1 - dt rate J, J the Jacobian at the middle stage, for the real rate and for one of the pair."""
-    real, pair = factors.real, factors.pair
-    put_jacobian(middle, columns, inverse_moments, gyroscopic, forces, real)
-    for r in range(len(columns)):
-        for c in range(len(columns)):
-            pair[r, c] = -dt * method.pair_rate * real[r, c]
-            real[r, c] = -dt * method.real_rate * real[r, c]
-        pair[r, r] += 1.0
-        real[r, r] += 1.0
-    factorise(real, factors.real_order)
-    factorise(pair, factors.pair_order)
-
-
-@inner
 def _correct(
-    slopes: Array, corrections: Array, wanted: Array, dt: float, columns: Columns, method: Scheme, factors: Factors
+    slopes: Array, here: Room, dt: float, columns: Columns, method: Scheme, inverse_moments: Vector | None
 ) -> None:
-    """Correct the slopes by what Newton's method makes of what they miss; corrections, (3, 13): dt times that.
+    """Correct the slopes by what Newton's method makes of what they miss; here.corrections: dt times that.
 
     Source: Hairer & Wanner (1996), eq. IV.8.13.
     """
-    m = len(columns)
-    real_part, pair_part = np.empty(m), np.empty(m, np.complex128)
-    for r in range(m):
-        real_part[r], pair_part[r] = 0.0, 0.0
+    real, pair = here.real.sides, here.pair.sides
+    for a in columns:
+        real[a], pair[a] = 0.0, 0.0
         for i in range(3):
-            missing = wanted[i, columns[r]] - slopes[i, columns[r]]
-            real_part[r] += method.to_real[i] * missing
-            pair_part[r] += method.to_pair[i] * missing
-    substitute(factors.real, factors.real_order, real_part)
-    substitute(factors.pair, factors.pair_order, pair_part)
+            missing = here.wanted[i, a] - slopes[i, a]
+            real[a] += method.to_real[i] * missing
+            pair[a] += method.to_pair[i] * missing
+    resolve(here.real, dt * method.real_rate, here.jacobian, here.middle, inverse_moments)
+    resolve(here.pair, dt * method.pair_rate, here.jacobian, here.middle, inverse_moments)
     for i in range(3):
-        for r in range(m):
-            correction = method.from_real[i] * real_part[r] + 2.0 * (method.from_pair[i] * pair_part[r]).real
-            slopes[i, columns[r]] += correction
-            corrections[i, columns[r]] = dt * correction
+        for a in columns:
+            correction = method.from_real[i] * real[a] + 2.0 * (method.from_pair[i] * pair[a]).real
+            slopes[i, a] += correction
+            here.corrections[i, a] = dt * correction
 
 
 @inner

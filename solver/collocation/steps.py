@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.solver.collocation.equations import weighted
-from tumble.solver.collocation.newton import found
+from tumble.solver.collocation.newton import Room, found, room
 from tumble.solver.collocation.scheme import Scheme
 from tumble.solver.compilation import inner, kernel
 from tumble.solver.forces import Forces
@@ -63,12 +63,12 @@ def _collocate(
     forces: Forces,
 ) -> None:
     """Take n steps of these columns of rows; reach [m]: the body's size, as its radius of gyration has it."""
-    state, slopes = np.empty(13), np.zeros((3, 13))
+    state, slopes, here = np.empty(13), np.zeros((3, 13)), room(columns)
     for row in rows:
         for a in range(13):
             state[a] = row[a]
         for step in range(n):
-            if not _advance(state, slopes, dt, columns, method, reach, inverse_moments, gyroscopic, forces):
+            if not _advance(state, slopes, here, dt, columns, method, reach, inverse_moments, gyroscopic, forces):
                 row[13] += n - step
                 break
         for a in columns:
@@ -79,6 +79,7 @@ def _collocate(
 def _advance(
     state: Array,
     slopes: Array,
+    here: Room,
     dt: float,
     columns: Columns,
     method: Scheme,
@@ -90,7 +91,7 @@ def _advance(
     """Take one step, in halves where it must be, and return whether all of it was found; if not the state is nan."""
     done, part = 0.0, 1.0
     for _ in range(MOST_PARTS):
-        is_found = found(state, slopes, part * dt, columns, method, reach, inverse_moments, gyroscopic, forces)
+        is_found = found(state, slopes, here, part * dt, columns, method, reach, inverse_moments, gyroscopic, forces)
         if is_found:
             for a in columns:
                 state[a] += part * dt * weighted(method.weights, slopes, a)
