@@ -15,7 +15,6 @@ from tumble.solver.vectors import Vector, dot, times
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-Columns = NDArray[np.int64]
 
 # So small that its square is lost in rounding, and with it the error of the derivative.
 # Source: Squire & Trapp, "Using complex variables to estimate derivatives of real functions" (1998).
@@ -29,9 +28,14 @@ def weighted(weights: Array, slopes: Array, a: int) -> float:
 
 
 @inner
+def moves(a: int, inverse_moments: Vector | None) -> bool:
+    """Return whether the number a of a state is stepped: of a body that never turns, only those of x and v."""
+    return inverse_moments is not None or a < 3 or 7 <= a < 10
+
+
+@inner
 def put_jacobian(
     state: Array,
-    columns: Columns,
     inverse_moments: Vector | None,
     gyroscopic: Vector | None,
     forces: Forces,
@@ -39,18 +43,20 @@ def put_jacobian(
     change: ComplexArray,
     jacobian: Array,
 ) -> None:
-    """Put the derivative of dv/dt and dL/dt by the columns of the state into jacobian, (3 or 6, 13).
+    """Put the derivative of dv/dt and dL/dt by the state into jacobian, (3 or 6, 13).
 
     The derivatives of dx/dt and dq/dt are known: `tumble.solver.collocation.corrections`.
     """
     for a in range(13):
         near[a] = state[a]
-    for c in range(len(columns)):
-        near[columns[c]] = complex(state[columns[c]], IMAGINARY)
+    for c in range(13):
+        if not moves(c, inverse_moments):
+            continue
+        near[c] = complex(state[c], IMAGINARY)
         store(change, slope(load(near, inverse_moments), inverse_moments, gyroscopic, forces))
-        near[columns[c]] = state[columns[c]]
+        near[c] = state[c]
         for r in range(len(jacobian)):
-            jacobian[r, columns[c]] = change[7 + r].imag / IMAGINARY
+            jacobian[r, c] = change[7 + r].imag / IMAGINARY
 
 
 @inner

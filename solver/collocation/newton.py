@@ -19,7 +19,6 @@ from tumble.solver.forces import Forces
 from tumble.solver.vectors import Vector, dot, times
 
 Array = NDArray[np.float64]
-Columns = NDArray[np.int64]
 
 # A Jacobian serves badly where a correction is more than POOR of the one before.  Measured on the stiff scenes of the
 # catalogue, at their own steps and at 30 times those: with 0.1 to 0.9 a step costs the same within a third.  50
@@ -56,9 +55,9 @@ class Room(NamedTuple):
 
 
 @scalar
-def room(columns: Columns) -> Room:
-    """Return room for steps of these columns of a state."""
-    m = len(columns) // 2
+def room(inverse_moments: Vector | None) -> Room:
+    """Return room for steps of a body."""
+    m = 3 if inverse_moments is None else 6
     return Room(
         np.zeros((3, 13)),
         np.zeros((3, 13)),
@@ -86,7 +85,6 @@ def found(
     slopes: Array,
     here: Room,
     dt: float,
-    columns: Columns,
     method: Scheme,
     reach: float,
     inverse_moments: Vector | None,
@@ -95,10 +93,10 @@ def found(
 ) -> bool:
     """Put the slopes at the stages of one step into slopes, (3, 13), and return whether they could be found.
 
-    columns: what of a state is stepped; reach [m]: the body's size, as its radius of gyration has it.
+    reach [m]: the body's size, as its radius of gyration has it.
     """
-    stages, middle = here.stages, here.middle
-    _predict(slopes, columns)
+    stages, middle, instant, pushes = here.stages, here.middle, here.instant, here.pushes
+    _predict(slopes)
     previous, stale = math.inf, True
     for _ in range(MOST_CORRECTIONS):
         _put_stages(stages, state, slopes, dt, method)
@@ -107,13 +105,13 @@ def found(
         if stale:
             for a in range(13):
                 middle[a] = stages[1, a]
-            put_jacobian(middle, columns, inverse_moments, gyroscopic, forces, here.near, here.change, here.jacobian)
+            put_jacobian(middle, inverse_moments, gyroscopic, forces, here.near, here.change, here.jacobian)
             put_reduced(here.real, dt * method.real_rate, here.jacobian, middle, inverse_moments)
             put_reduced(here.pair, dt * method.pair_rate, here.jacobian, middle, inverse_moments)
         roughness = put_wanted(
-            state, slopes, stages, dt, method, inverse_moments, gyroscopic, forces, here.instant, here.pushes, here.wanted
+            state, slopes, stages, dt, method, inverse_moments, gyroscopic, forces, instant, pushes, here.wanted
         )
-        _correct(slopes, here, dt, columns, method, inverse_moments)
+        _correct(slopes, here, dt, method, inverse_moments)
         change, shift = _sizes(here.corrections, stages, reach)
         shrinking = change / previous if previous < math.inf else POOR
         if change * shrinking <= LEAST_CHANGE or (shrinking > HALVING and shift < ROUNDING):
@@ -125,14 +123,14 @@ def found(
 
 
 @inner
-def _predict(slopes: Array, columns: Columns) -> None:
+def _predict(slopes: Array) -> None:
     """Begin from a state that stands still.
 
     The slopes of the step before would serve better, but then a step would depend on more than the state it begins
     from, and two advances would not be one long one to the last bit.
     """
     for i in range(3):
-        for a in columns:
+        for a in range(13):
             slopes[i, a] = 0.0
 
 
@@ -145,15 +143,13 @@ def _put_stages(stages: Array, state: Array, slopes: Array, dt: float, method: S
 
 
 @inner
-def _correct(
-    slopes: Array, here: Room, dt: float, columns: Columns, method: Scheme, inverse_moments: Vector | None
-) -> None:
+def _correct(slopes: Array, here: Room, dt: float, method: Scheme, inverse_moments: Vector | None) -> None:
     """Correct the slopes by what Newton's method makes of what they miss; here.corrections: dt times that.
 
     Source: Hairer & Wanner (1996), eq. IV.8.13.
     """
     real, pair = here.real.sides, here.pair.sides
-    for a in columns:
+    for a in range(13):
         real[a], pair[a] = 0.0, 0.0
         for i in range(3):
             missing = here.wanted[i, a] - slopes[i, a]
@@ -162,7 +158,7 @@ def _correct(
     resolve(here.real, dt * method.real_rate, here.jacobian, here.middle, inverse_moments)
     resolve(here.pair, dt * method.pair_rate, here.jacobian, here.middle, inverse_moments)
     for i in range(3):
-        for a in columns:
+        for a in range(13):
             correction = method.from_real[i] * real[a] + 2.0 * (method.from_pair[i] * pair[a]).real
             slopes[i, a] += correction
             here.corrections[i, a] = dt * correction
