@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.solver.compilation import inner
+from tumble.solver.compilation import borrowing
 from tumble.solver.linear import factorise, substitute
 from tumble.solver.quaternion import Quaternion, plus, product, product_vector
 from tumble.solver.vectors import Vector, dot, scale, times
@@ -38,7 +38,7 @@ class Reduced(NamedTuple):
     rest: Numbers
 
 
-@inner
+@borrowing
 def put_reduced(found: Reduced, h: complex, jacobian: Array, middle: Array, inverse_moments: Vector | None) -> None:
     """Put the equations in their factors; jacobian: the rows of v and L, (m, 13), at the state middle, (13,)."""
     for r in range(len(jacobian)):
@@ -50,7 +50,7 @@ def put_reduced(found: Reduced, h: complex, jacobian: Array, middle: Array, inve
     factorise(found.matrix, found.order)
 
 
-@inner
+@borrowing
 def _put_turning(found: Reduced, h: complex, jacobian: Array, middle: Array, inverse_moments: Vector | None) -> None:
     if inverse_moments is None:
         return
@@ -66,19 +66,19 @@ def _put_turning(found: Reduced, h: complex, jacobian: Array, middle: Array, inv
             found.matrix[r, 3 + c] = -h * change
 
 
-@inner
+@borrowing
 def _turned_by(found: Reduced, h: complex, middle: Array, spin: Vector) -> Quaternion:
     """Return h/2 q spin~ s."""
     q = (middle[3], middle[4], middle[5], middle[6])
     return product(product_vector(q, scale(0.5 * h, spin)), _s(found))
 
 
-@inner
+@borrowing
 def _s(found: Reduced) -> Quaternion:
     return found.s[0], found.s[1], found.s[2], found.s[3]
 
 
-@inner
+@borrowing
 def resolve(found: Reduced, h: complex, jacobian: Array, middle: Array, inverse_moments: Vector | None) -> None:
     """Replace r, in found.sides, by k."""
     sides, rest = found.sides, found.rest
@@ -93,7 +93,7 @@ def resolve(found: Reduced, h: complex, jacobian: Array, middle: Array, inverse_
     _put_turns(found, h, middle, inverse_moments)
 
 
-@inner
+@borrowing
 def _put_turned_side(found: Reduced, h: complex, jacobian: Array, inverse_moments: Vector | None) -> None:
     """Replace rq by rq s, and add what it does to the forces."""
     if inverse_moments is None:
@@ -106,7 +106,7 @@ def _put_turned_side(found: Reduced, h: complex, jacobian: Array, inverse_moment
         found.rest[r] += h * (change + jacobian[r, 5] * turned[2] + jacobian[r, 6] * turned[3])
 
 
-@inner
+@borrowing
 def _put_turns(found: Reduced, h: complex, middle: Array, inverse_moments: Vector | None) -> None:
     """Add to rq s what kL makes of it, and put kL."""
     if inverse_moments is None:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.solver.collocation.scheme import Scheme
-from tumble.solver.compilation import inner
+from tumble.solver.compilation import borrowing
 from tumble.solver.forces import Forces
 from tumble.solver.motion import free_slope, load, slope, store
 from tumble.solver.quaternion import Quaternion, conjugate, norm_squared, product, product_vector, stretch
@@ -21,19 +21,19 @@ ComplexArray = NDArray[np.complex128]
 IMAGINARY = 1e-100
 
 
-@inner
+@borrowing
 def weighted(weights: Array, slopes: Array, a: int) -> float:
     """Return the weighted sum of column a of three rows."""
     return weights[0] * slopes[0, a] + weights[1] * slopes[1, a] + weights[2] * slopes[2, a]
 
 
-@inner
+@borrowing
 def moves(a: int, inverse_moments: Vector | None) -> bool:
     """Return whether the number a of a state is stepped: of a body that never turns, only those of x and v."""
     return inverse_moments is not None or a < 3 or 7 <= a < 10
 
 
-@inner
+@borrowing
 def put_jacobian(
     state: Array,
     inverse_moments: Vector | None,
@@ -59,7 +59,7 @@ def put_jacobian(
             jacobian[r, c] = change[7 + r].imag / IMAGINARY
 
 
-@inner
+@borrowing
 def put_wanted(
     state: Array,
     slopes: Array,
@@ -103,7 +103,7 @@ def put_wanted(
     return roughness
 
 
-@inner
+@borrowing
 def _spin_power(torque: Vector | None, l_body: Vector | None, inverse_moments: Vector | None) -> float:
     """Return tau . w [W]."""
     if inverse_moments is None:
@@ -111,7 +111,7 @@ def _spin_power(torque: Vector | None, l_body: Vector | None, inverse_moments: V
     return dot(torque, times(inverse_moments, l_body))
 
 
-@inner
+@borrowing
 def energy(stages: Array, mass: float, inverse_moments: Vector | None) -> float:
     """Return the mean energy of motion at the stages [J]."""
     mean = 0.0
@@ -121,7 +121,7 @@ def energy(stages: Array, mass: float, inverse_moments: Vector | None) -> float:
     return mean
 
 
-@inner
+@borrowing
 def _add_pushes(pushes: Array, means: Array, k: int, q: Quaternion | None, torque: Vector | None) -> None:
     """Add a torque at the instant k to what pushes at q, (3, 4): q tau~ / |q|^2."""
     if q is None:
@@ -132,7 +132,7 @@ def _add_pushes(pushes: Array, means: Array, k: int, q: Quaternion | None, torqu
             pushes[i, a] += means[i, k] * push[a]
 
 
-@inner
+@borrowing
 def _add_torques(wanted: Array, stages: Array, pushes: Array, inverse_moments: Vector | None) -> None:
     """Add the torque that pushes at the q of a stage to the stage's dL/dt."""
     if inverse_moments is None:

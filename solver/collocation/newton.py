@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tumble.solver.collocation.corrections import Reduced, put_reduced, resolve
 from tumble.solver.collocation.equations import energy, put_jacobian, put_wanted, weighted
 from tumble.solver.collocation.scheme import Scheme
-from tumble.solver.compilation import inner, scalar
+from tumble.solver.compilation import borrowing, scalar
 from tumble.solver.forces import Forces
 from tumble.solver.vectors import Vector, dot, times
 
@@ -79,7 +79,7 @@ def room(inverse_moments: Vector | None) -> Room:
     )
 
 
-@inner
+@borrowing
 def found(
     state: Array,
     slopes: Array,
@@ -122,7 +122,7 @@ def found(
     return False
 
 
-@inner
+@borrowing
 def _predict(slopes: Array) -> None:
     """Begin from a state that stands still.
 
@@ -134,7 +134,7 @@ def _predict(slopes: Array) -> None:
             slopes[i, a] = 0.0
 
 
-@inner
+@borrowing
 def _put_stages(stages: Array, state: Array, slopes: Array, dt: float, method: Scheme) -> None:
     """Put the states at the stages, (3, 13), from the slopes there: y_i = y + dt sum_j a_ij y'_j."""
     for i in range(3):
@@ -142,7 +142,7 @@ def _put_stages(stages: Array, state: Array, slopes: Array, dt: float, method: S
             stages[i, a] = state[a] + dt * weighted(method.coefficients[i], slopes, a)
 
 
-@inner
+@borrowing
 def _correct(slopes: Array, here: Room, dt: float, method: Scheme, inverse_moments: Vector | None) -> None:
     """Correct the slopes by what Newton's method makes of what they miss; here.corrections: dt times that.
 
@@ -164,14 +164,14 @@ def _correct(slopes: Array, here: Room, dt: float, method: Scheme, inverse_momen
             here.corrections[i, a] = dt * correction
 
 
-@inner
+@borrowing
 def _is_clear(work: float, stages: Array, dt: float, reach: float, mass: float, inverse_moments: Vector | None) -> bool:
     """Return whether the work [J] that the instants do not show clearly is little beside the energy of motion."""
     least = mass * (ROUNDING * reach / dt) ** 2
     return abs(work) <= UNCLEAR * (energy(stages, mass, inverse_moments) + least)
 
 
-@inner
+@borrowing
 def _turn(stages: Array, dt: float, inverse_moments: Vector | None) -> float:
     """Return how far the body turns in a step [rad]."""
     if inverse_moments is None:
@@ -183,7 +183,7 @@ def _turn(stages: Array, dt: float, inverse_moments: Vector | None) -> float:
     return abs(dt) * math.sqrt(furthest)
 
 
-@inner
+@borrowing
 def _sizes(corrections: Array, stages: Array, reach: float) -> tuple[float, float]:
     """Return how large corrections of the stages are: of what they correct, and of the body's place and size."""
     dx, dq, dv, dl = _squares(corrections)
@@ -192,7 +192,7 @@ def _sizes(corrections: Array, stages: Array, reach: float) -> tuple[float, floa
     return math.sqrt(max(shift, max(_part(dv, v), _part(dl, l_body)))), math.sqrt(shift)
 
 
-@inner
+@borrowing
 def _squares(states: Array) -> tuple[float, float, float, float]:
     """Return the mean |x|^2, |q|^2, |v|^2 and |L|^2 of three states."""
     x, q, v, l_body = 0.0, 0.0, 0.0, 0.0
@@ -206,7 +206,7 @@ def _squares(states: Array) -> tuple[float, float, float, float]:
     return x, q, v, l_body
 
 
-@inner
+@borrowing
 def _part(part: float, whole: float) -> float:
     """Return part / whole, and nothing for no part of nothing."""
     return part / whole if part != 0.0 else 0.0

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tumble.solver.collocation.equations import moves, weighted
 from tumble.solver.collocation.newton import Room, found, room
 from tumble.solver.collocation.scheme import Scheme
-from tumble.solver.compilation import inner, kernel
+from tumble.solver.compilation import borrowing, kernel
 from tumble.solver.forces import Forces
 from tumble.solver.quaternion import normalise
 from tumble.solver.vectors import Vector
@@ -68,7 +68,7 @@ def _collocate(
             row[a] = state[a]
 
 
-@inner
+@borrowing
 def _advance(
     state: Array,
     slopes: Array,
@@ -99,7 +99,7 @@ def _advance(
     return False
 
 
-@inner
+@borrowing
 def next_part(done: float, part: float, found: bool) -> tuple[float, float]:
     """Return how much of a step is done, and the part to try next: half of one that was not found, 0 after the least.
 
@@ -113,7 +113,7 @@ def next_part(done: float, part: float, found: bool) -> tuple[float, float]:
     return done, part
 
 
-@inner
+@borrowing
 def _put_normalised(state: Array, inverse_moments: Vector | None) -> None:
     """Give q its length again, of a body that turns."""
     if inverse_moments is None:

@@ -3,8 +3,9 @@
     python tests/bench/trajectory.py [-o FILE.csv]
 
 Ours is a call that returns every pose, ten of them a sample, for one is too short to time beside others; MuJoCo's is a
-millisecond's step and a copy of qpos, 10 000 times.  A call for the pose at one instant is almost all Python.  Lower decile of interleaved rounds, by the thread's own clock.
-`asked` is what the project set itself to reach on a Zen 5 of 120 GF/s: the peak says what this machine is beside it.
+millisecond's step and a copy of qpos, 10 000 times.  A call for the pose at one instant is almost all Python.  Lower
+decile of interleaved rounds, by the thread's own clock.  `asked` is what the project set itself to reach on a Zen 5 of
+120 GF/s: the peak says what this machine is beside it.
 """
 
 # MuJoCo's wheel has no type stubs.
