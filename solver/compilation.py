@@ -34,6 +34,7 @@ OPTIONS: dict[str, Any] = {
     "pipeline_class": KernelCompiler,
 }
 INNER_OPTIONS: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "pipeline_class": PartCompiler}
+BORROWING_OPTIONS: dict[str, Any] = {**INNER_OPTIONS, "_nrt": False}
 
 
 def scalar(function: F) -> F:
@@ -73,7 +74,7 @@ def borrowing(function: F) -> F:
     Counting takes half of the time of a kernel whose small parts pass arrays to each other.  A part that returned an
     array would return one that may be gone.
     """
-    return cast(F, njit(**INNER_OPTIONS, _nrt=False)(function))
+    return cast(F, njit(**BORROWING_OPTIONS)(function))
 
 
 def inlined(function: F) -> F:
