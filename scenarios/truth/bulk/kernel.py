@@ -6,7 +6,7 @@ import numpy as np
 
 from tumble.scenarios.frames import Array
 from tumble.scenarios.truth.bulk.elliptic import MOST, larger
-from tumble.scenarios.truth.bulk.lanes import WIDTH, any_of, lanes, load, size, store
+from tumble.scenarios.truth.lanes import WIDTH, any_of, lanes, load, size, store
 from tumble.scenarios.truth.bulk.number import (
     Columns,
     Number,

@@ -16,7 +16,7 @@ from numba.core import cgutils
 from numba.extending import make_attribute_wrapper, models, overload, register_model
 
 from tumble.scenarios.frames import Array
-from tumble.scenarios.truth.bulk.lanes import (
+from tumble.scenarios.truth.lanes import (
     LANES,
     below,
     chosen,

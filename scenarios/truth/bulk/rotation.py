@@ -17,7 +17,7 @@ from tumble.scenarios.truth.bulk.elliptic import (
     summed,
     third_kind_angle,
 )
-from tumble.scenarios.truth.bulk.lanes import below, whole
+from tumble.scenarios.truth.lanes import below, whole
 from tumble.scenarios.truth.bulk.number import (
     RIGHT_ANGLE,
     Columns,
