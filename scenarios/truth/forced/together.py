@@ -58,6 +58,9 @@ class Together:
         self._program, self._numbers = program, numbers
         self._high = np.zeros((program.series, accuracy.order + 1, WIDTH))
         self._leader = Integration(throws[0], accuracy, budget)
+        self._scales = self._leader.scales(pairs(start_of(throws[0])), 1.0)
+        # No step: what compiling takes is not the flight's.
+        self._leap(np.zeros((SIZE, WIDTH)), 0.0, 0.0, np.zeros(0), np.zeros((0, SIZE, WIDTH)), 0, 0.0, 0)
 
     def run(self) -> list[Trajectory]:
         """Return the flights, which end where the first of them does.  Raises RayMissed."""
@@ -74,12 +77,10 @@ class Together:
                 continue
             together, part = in_lanes([state[0] for state in states]), np.zeros((passage.count, SIZE, WIDTH))
             span, begin = float(passage.end - passage.begin), done
-            scales, clock, h, how = self._leader.scales(states[0], span), 0.0, span, UNDERWAY
+            self._scales = self._leader.scales(states[0], span)
+            clock, h, how = 0.0, span, UNDERWAY
             while how == UNDERWAY and not (steps and self._budget.is_up()):
-                how, clock, h, done = integrate_together(
-                    together, clock, span, times, part, done, h,
-                    self._program, self._numbers, self._high, scales, self._tolerance, AT_A_TIME,
-                )  # fmt: skip
+                how, clock, h, done = self._leap(together, clock, span, times, part, done, h, AT_A_TIME)
                 steps += AT_A_TIME
             rows[:, within][:, begin:done, 0] = part[begin:done, :, : len(throws)].transpose(2, 0, 1)
             rows[:, within][:, begin:done, 1] = 0.0
@@ -94,6 +95,13 @@ class Together:
         finite = np.isfinite(rows[:, :known]).all(axis=(0, 2, 3))
         known = known if finite.all() else int(np.argmin(finite))
         return [Trajectory(each[:known], steps, False, why) for each in rows]
+
+    def _leap(self, state, clock, span, times, rows, done, h, most_steps) -> tuple[int, float, float, int]:
+        """Make at most so many steps."""
+        return integrate_together(
+            state, clock, span, times, rows, done, h,
+            self._program, self._numbers, self._high, self._scales, self._tolerance, most_steps,
+        )  # fmt: skip
 
 
 def side_by_side(throws: Sequence[Throw], accuracy: Accuracy, budget: Budget) -> Together | None:
