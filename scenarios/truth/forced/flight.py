@@ -76,7 +76,7 @@ class Passage(NamedTuple):
     begin: Fraction
     end: Fraction
     first: int
-    count: int
+    instants: int
 
 
 class Budget:
@@ -125,7 +125,7 @@ class Integration:
         rows = np.full((len(throw.times), 2, SIZE), np.nan)
         for passage in passages(throw):
             state, first = struck(state, passage, throw), passage.first
-            reached, why = self._advance(state, passage.begin, passage.end, rows, first, passage.count)
+            reached, why = self._advance(state, passage.begin, passage.end, rows, first, passage.instants)
             if why:
                 return Trajectory(rows[: first + reached], self.steps, self.crept, why)
         return Trajectory(rows, self.steps, self.crept, "")

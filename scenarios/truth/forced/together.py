@@ -69,13 +69,13 @@ class Together:
         rows, known, why = np.full((len(throws), len(leader.times), 2, SIZE), np.nan), len(leader.times), ""
         for passage in passages(leader):
             states = [struck(state, passage, throw) for state, throw in zip(states, throws, strict=True)]
-            within = slice(passage.first, passage.first + passage.count)
+            within = slice(passage.first, passage.first + passage.instants)
             times = np.array([float(time - passage.begin) for time in leader.times[within]])
             done = int(np.searchsorted(times, 0.0, side="right"))
             rows[:, within][:, :done] = np.array(states)[:, np.newaxis]
             if passage.end == passage.begin:
                 continue
-            together, part = in_lanes([state[0] for state in states]), np.zeros((passage.count, SIZE, WIDTH))
+            together, part = in_lanes([state[0] for state in states]), np.zeros((passage.instants, SIZE, WIDTH))
             span, begin = float(passage.end - passage.begin), done
             self._scales = self._leader.scales(states[0], span)
             clock, h, how = 0.0, span, UNDERWAY
