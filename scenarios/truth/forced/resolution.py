@@ -181,7 +181,7 @@ class Sensitivity:
         return self._flights[pattern, signed][1][:reach]
 
     def _fly(self, changes: list[tuple[int, float]], reach: int) -> None:
-        """Fly throws that are changed so up to the first rows, if they have not been: side by side where that can be."""
+        """Fly throws that are changed so up to the first rows, if they were not yet: side by side where that can be."""
         wanted = [change for change in changes if self._flights.get(change, (-1,))[0] < reach]
         throws = [self._read(*change)._replace(times=self._read(*change).times[:reach]) for change in wanted]
         at_once = side_by_side(throws, self._accuracy, self._budget)
