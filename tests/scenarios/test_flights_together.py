@@ -42,7 +42,7 @@ def test_changes_do_the_same_as_in_flights_of_their_own(scene, count):
         assert np.abs(one - together[0] - moved).max() <= 1e-4 * np.abs(moved).max()
 
 
-def test_flights_that_cannot_be_one_are_not(monkeypatch):
+def test_flights_that_cannot_be_one_are_not():
     tether, floor, drag = (changed_throws(read_scene(n), 2) for n in ("tether-critical", "floor-stiff", "drag-stiff"))
     assert side_by_side(tether, PLAIN, Budget()) is not None
     assert side_by_side(tether, FINE, Budget()) is None
