@@ -51,8 +51,25 @@ def turned_freely(q: Quaternion, l_body: Vector, t: float, ground: Ground) -> tu
     if g[0] == 0.0 and g[1] == 0.0 and g[2] == 0.0:
         turn = exponential(scale(t / 2.0, times(ground.inverse_moments, l_body)))
         return normalise(product(q, turn)), l_body
+    if g[0] == 0.0 or g[1] == 0.0 or g[2] == 0.0:
+        return _turned_top(q, l_body, t, ground)
     q, l_body = _turned(q, _swept(l_body), t, ground.inverse_moments, g)
     return normalise(q), l_body
+
+
+@inner
+def _turned_top(q: Quaternion, l_body: Vector, t: float, ground: Ground) -> tuple[Quaternion, Vector]:
+    """Return the same of a symmetric body: its axis goes round L at |L| / I, and it turns about its axis beside that."""
+    g, per_moment, zero = ground.gyroscopic, ground.inverse_moments, 0.0
+    if g[0] == zero:
+        along, across, axis = g[1] * l_body[0], per_moment[1], (1.0, zero, zero)
+    elif g[1] == zero:
+        along, across, axis = g[2] * l_body[1], per_moment[0], (zero, 1.0, zero)
+    else:
+        along, across, axis = g[0] * l_body[2], per_moment[0], (zero, zero, 1.0)
+    own = exponential(scale(0.5 * t * along, axis))
+    turn = product(exponential(scale(0.5 * t * across, l_body)), own)
+    return normalise(product(q, turn)), rotate_back(own, l_body)
 
 
 @inner
