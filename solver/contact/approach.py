@@ -59,7 +59,7 @@ def turned_freely(q: Quaternion, l_body: Vector, t: float, ground: Ground) -> tu
 
 @inner
 def _turned_top(q: Quaternion, l_body: Vector, t: float, ground: Ground) -> tuple[Quaternion, Vector]:
-    """Return the same of a symmetric body: its axis goes round L at |L| / I, and it turns about its axis beside that."""
+    """Return the same of a symmetric body: its axis goes round L at |L| / I, and beside that it turns about the axis."""
     g, per_moment, zero = ground.gyroscopic, ground.inverse_moments, 0.0
     if g[0] == zero:
         along, across, axis = g[1] * l_body[0], per_moment[1], (1.0, zero, zero)
@@ -269,11 +269,12 @@ def _safe_rims(now: Moving, height: float, third: float, most: float, ground: Gr
 
 @inner
 def _safe_part(now: Moving, height: float, third: float, t: float, most: float, ground: Ground) -> float:
-    """Return how long after t the lowest point of a disc stays above the plane, at most so long, by a bound of its
+    """Return how long after t no point of a disc can be below the plane, at most so long.
 
-    height that is concave: with m = n + n' t + n'' t^2 / 2, P across the axis, z along it, a the radius, b half the
-    thickness, a point is above the plane by at least the centre's height less a |P m| + b |z m| + |p| J t^3 / 6, and on
-    from t the first two are at most those of the tangent of m, and u^2 / 2 times those of n''.
+    With m = n + n' t + n'' t^2 / 2, P across the axis, z along it, a the radius and b half the thickness, the lowest
+    point is above the plane by at least the centre's height less a |P m| + b |z m| + |p| J t^3 / 6.  From t on, by u,
+    m is m + m' u + n'' u^2 / 2: what a |P m| + b |z m| is of the tangent, and u^2 / 2 times what it is of n'', are
+    together no less than it is.  So bounded the height is concave in u: its zero is found by Newton's steps.
     """
     pull, jerk = ground.gravity[2], third * ground.reach
     m = add(now.normal, scale(t, add(now.first, scale(0.5 * t, now.second))))
