@@ -59,7 +59,7 @@ def turned_freely(q: Quaternion, l_body: Vector, t: float, ground: Ground) -> tu
 
 @inner
 def _turned_top(q: Quaternion, l_body: Vector, t: float, ground: Ground) -> tuple[Quaternion, Vector]:
-    """Return the same of a symmetric body: its axis goes round L at |L| / I, and beside that it turns about the axis."""
+    """Return the same of a symmetric body: its axis goes round L at |L| / I, and it turns about the axis as well."""
     g, per_moment, zero = ground.gyroscopic, ground.inverse_moments, 0.0
     if g[0] == zero:
         along, across, axis = g[1] * l_body[0], per_moment[1], (1.0, zero, zero)
