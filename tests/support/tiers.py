@@ -39,7 +39,7 @@ def function_of(item: pytest.Item) -> str:
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add `--quick`, `--rest` and `--times`."""
     parser.addoption("--quick", action="store_true", help="leave out nearly all of the slow tests")
-    parser.addoption("--rest", action="store_true", help="run the first case and a third of the others of what --quick leaves out")
+    parser.addoption("--rest", action="store_true", help="run a third or more of what --quick leaves out")
     parser.addoption("--times", type=Path, help="append each test's processor time [s] to this file")
 
 
