@@ -10,7 +10,6 @@ from tumble.compare.engines import BY_HAND, OWN
 from tumble.compare.run.contestant import Contestant
 from tumble.compare.sweep.longer_steps import longer_steps
 from tumble.compare.sweep.pareto_front import (
-    TARGETS_M,
     accuracy_cost_rows,
     by_contestant,
     equivalent_rows,
@@ -19,7 +18,7 @@ from tumble.compare.sweep.pareto_front import (
     usable,
 )
 from tumble.compare.sweep.schemas import AccuracyCostRow, ObservableCostRow, OrderRow
-from tumble.compare.sweep.work_precision import Sweep, Timed
+from tumble.compare.sweep.work_precision import TARGETS_M, Sweep, Timed
 from tumble.reports.charts import cost_chart
 from tumble.reports.contact_text import POSITIONS
 from tumble.reports.families import joined

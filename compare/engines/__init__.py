@@ -42,6 +42,8 @@ More names where they are not empty:
     ORDERS      {method: order}: by which power of the step the error of a free, tumbling body falls; 1 where GYROSCOPIC
                 says that the torque is taken by a method of Euler's
     LARGEST_TURN  rad: no step turns a body further
+    WHOLE_TURN  {method: rad}: a step that turns the body further is taken in parts, and costs more than one step: a
+                sweep begins below it
     STEP_NS     about what a step of one throw takes [ns], to a factor of a few, or {method: that} where methods differ;
                 50 000 where it is not said.  A sweep's ladder ends by it and not by a clock, and `tumble stability`
                 refuses what would take too long, so that their rows are the same whatever else the machine does

@@ -8,6 +8,7 @@ import numpy as np
 
 from tumble.compare.engines.parts.soft_law import SPRING, SoftLaw
 from tumble.solver.body import Body
+from tumble.solver.collocation.newton import FURTHEST_TURN
 from tumble.solver.contact.compliant import softness_of
 from tumble.solver.contact.flight import ContactFlight, Plane
 from tumble.solver.contact.methods import CONTACT_METHODS
@@ -42,6 +43,7 @@ SCHEMES = {
     "gauss6": "a-stable",
     "radau5": "a-stable",
 }
+WHOLE_TURN = dict.fromkeys(("gauss6", "radau5"), FURTHEST_TURN)
 ORDERS = {name: float(method.order) for name, method in REGISTRY.items() if method.order is not None}
 GYROSCOPIC = {name: "keeps-momentum" for name, method in REGISTRY.items() if method.keeps_momentum}
 KNOWN_FAILURES = {"holds": {"compliant": "its friction is viscous below v_s, so it creeps: its own law"}}

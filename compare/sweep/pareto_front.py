@@ -23,11 +23,10 @@ from tumble.compare.sweep.schemas import (
     TimingRow,
     WorkPrecisionRow,
 )
-from tumble.compare.sweep.work_precision import Sweep
+from tumble.compare.sweep.work_precision import TARGETS_M, Sweep
 from tumble.compare.tables.runs import contestant_columns, status_columns, step_columns
 
 UNTIMED = "untimed"
-TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
 
 
 def ensemble_rows(sweep: Sweep) -> Iterator[EnsembleRow]:

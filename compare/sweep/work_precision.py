@@ -4,13 +4,17 @@ Errors and times come from separate runs.  The time of a fixed-step method is it
 adaptive methods, and those that take a whole run in one step, are timed by whole runs.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import pairwise
+
+import numpy as np
 
 from tumble.compare.judge.cost import Timed, time_runs
 from tumble.compare.judge.errors import Run, RunAnswer
-from tumble.compare.run.flight import legs
+from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
 from tumble.compare.run.status import Failure, Status
@@ -29,6 +33,16 @@ GAIN, OVER = 0.7, 3
 # A scene and its reference solution by longer step [s]; None: at the scene's own samples.
 References = Mapping[float | None, tuple[Scene, Truth]]
 ASYMPTOTIC = 1e-3  # of the body's size: larger errors need not fall with the step
+# Errors whose run times are reported [m].
+TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
+# Where a run takes more than this share of the budget the steps are halved, and only where the error passes one of
+# those above there is a run between: four levels a decade would take 1.7 times as long.
+COSTLY = 0.1
+# Errors whose run times are reported.
+TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
+# Of the levels whose runs take more than this share of the budget only every second is run, but for those next to one
+# of the errors above: four levels a decade take 1.7 times as long as two.
+COSTLY = 0.1
 
 
 @dataclass(frozen=True)
@@ -207,43 +221,79 @@ def climb(
 
     references: the scene at its samples, and at longer steps, each with its reference solution.
     """
-    scene, _ = references[None]
+    scene, truth = references[None]
     longer = [] if running_engine.takes_own_steps(method) else [(method, dt) for dt in references if dt is not None]
-    ladder: list[RunAnswer] = []
-    runs: list[Run] = []
-    for name, dt in (*longer, *levels(running_engine, scene, method, effort.tolerances)):
+    longest = longest_step(running_engine, method, truth)
+    ladder: list[tuple[RunAnswer, Run]] = []
+
+    def simulate(name: str, dt: float) -> Trajectory | Failure:
         seen, true = reference_for(references, running_engine, name, dt)
-        answer = running_engine.simulate(seen, name, dt, probe=True)
-        ladder.append(RunAnswer.of(running_engine, name, dt, answer))
-        runs.append(ladder[-1].run(seen, running_engine.title, true))
+        answer = RunAnswer.of(running_engine, name, dt, running_engine.simulate(seen, name, dt, probe=True))
+        ladder.append((answer, answer.run(seen, running_engine.title, true)))
+        return answer.answer
+
+    for name, dt in (*longer, *levels(running_engine, scene, method, effort)):
+        if dt > longest:
+            continue
+        answer = simulate(name, dt)
+        runs = [run for _, run in ladder]
         # The error of an adaptive method falls irregularly, and its tolerances are few: all are tried.
         if isinstance(answer, Failure) or (name == method and at_floor(runs)):
             break
-        if over_budget(running_engine, name, answer.steps * len(scene.start), effort.budget_s):
+        # The next level has at most twice the steps.
+        if over_budget(running_engine, name, 2 * answer.steps * len(scene.start), effort.budget_s):
             break
         if runs[-1].status is Status.OK and float(runs[-1].distances.max()) <= enough_m:
             break
-    return ladder
+    for dt in left_out([run for _, run in ladder]):
+        simulate(method, dt)
+    return [answer for answer, _ in sorted(ladder, key=lambda each: -each[0].dt)]
+
+
+def longest_step(running_engine: RunningEngine, method: str, truth: Truth) -> float:
+    """Return the longest step [s] that the method takes as one while the body spins as in the reference."""
+    info = running_engine.info
+    turn = math.inf if isinstance(info, Failure) else info.whole_turn.get(method, math.inf)
+    fastest = float(np.nanmax(np.linalg.norm(truth.states[..., 10:13], axis=-1)))
+    return turn / fastest if fastest else math.inf
 
 
 def levels(
-    running_engine: RunningEngine, scene: Scene, method: str, tolerances: Sequence[float] = TOLERANCES
+    running_engine: RunningEngine, scene: Scene, method: str, effort: Effort = FULL
 ) -> Iterator[tuple[str, float]]:
-    """Yield (method, dt [s]): tolerances of an adaptive method, one step of a whole one, else 2^k and 3 2^k steps."""
+    """Yield (method, dt [s]): tolerances of an adaptive method, one step of a whole one, else steps.
+
+    There are 2^k and 3 2^k steps, but of costly ones 2^k alone.
+    """
     bare = not isinstance(running_engine.info, Failure) and method in running_engine.info.adaptive
     if bare:
-        yield from ((f"{method}@{tolerance:.3g}", scene.duration) for tolerance in tolerances)
+        yield from ((f"{method}@{tolerance:.3g}", scene.duration) for tolerance in effort.tolerances)
     elif running_engine.takes_own_steps(method):
         yield method, scene.duration
     else:
         cuts = len(legs(scene, scene.duration))
-        yield from ((method, scene.duration / (cuts * count)) for count in COUNTS)
+        for count in COUNTS:
+            costly = over_budget(running_engine, method, count * cuts * len(scene.start), COSTLY * effort.budget_s)
+            if not costly or count.bit_count() == 1:
+                yield method, scene.duration / (cuts * count)
 
 
-def over_budget(running_engine: RunningEngine, method: str, steps: int, budget_s: float) -> bool:
-    """Whether the next level would exceed the budget; steps: those of all throws at this level."""
+def left_out(ladder: Sequence[Run]) -> Iterator[float]:
+    """Yield the steps [s] left out of a sequence where the error passes one that is reported: it is interpolated there.
+
+    Between n and 2 n steps it is 3 n/2.
+    """
+    for coarse, fine in pairwise(ladder):
+        if coarse.tolerance is None and coarse.flight.steps >= 4 and coarse.dt == 2.0 * fine.dt:
+            worse, better = (float(run.distances.max()) for run in (coarse, fine))
+            if any(better <= target < worse for target in TARGETS_M):
+                yield fine.dt * 4.0 / 3.0
+
+
+def over_budget(running_engine: RunningEngine, method: str, steps: float, budget_s: float) -> bool:
+    """Whether steps of one throw exceed the budget, by what the engine says that one takes."""
     info = running_engine.info
-    return not isinstance(info, Failure) and 1.5 * steps * info.step_of(method) > 1e9 * budget_s
+    return not isinstance(info, Failure) and steps * info.step_of(method) > 1e9 * budget_s
 
 
 def at_floor(runs: Sequence[Run]) -> bool:

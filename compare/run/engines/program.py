@@ -41,6 +41,7 @@ STATED = (
     "gyroscopic",
     "orders",
     "largest_turn",
+    "whole_turn",
     "exempt",
     "known_failures",
 )

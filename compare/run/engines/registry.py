@@ -89,6 +89,7 @@ class EngineInfo:
     schemes : integration scheme by method, a name of tumble.compare.engines; OWN_SCHEME for a function
     gyroscopic : how the gyroscopic torque is integrated, by method, a name of tumble.compare.engines
     largest_turn : largest rotation in one step [rad]; None: not limited
+    whole_turn : by method, the largest rotation [rad] that it takes in one step; a longer step is taken in parts
     exempt : reason for each check that the engine is meant to fail, by check
     step_ns : approximate time of one step of one throw [ns], by method, or under * for all
     orders : by method, the power of the step by which the error of a free body falls
@@ -115,6 +116,7 @@ class EngineInfo:
     schemes: dict[str, str]
     gyroscopic: dict[str, str]
     largest_turn: float | None
+    whole_turn: dict[str, float]
     exempt: dict[str, str]
     step_ns: dict[str, float]
     orders: dict[str, float]
@@ -343,6 +345,7 @@ def engine_info(engine: str, module: ModuleType) -> EngineInfo:
             schemes=schemes,
             gyroscopic=gyroscopic,
             largest_turn=None if largest_turn is None else float(largest_turn),
+            whole_turn={str(method): float(turn) for method, turn in dict(getattr(module, "WHOLE_TURN", {})).items()},
             exempt={str(law): str(why) for law, why in exempt.items()},
             step_ns={str(method): float(ns) for method, ns in of_each.items()},
             orders={str(method): float(order) for method, order in dict(getattr(module, "ORDERS", {})).items()},

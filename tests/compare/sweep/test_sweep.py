@@ -4,7 +4,7 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
-from itertools import pairwise
+from itertools import islice, pairwise
 from time import thread_time_ns
 from types import ModuleType
 
@@ -19,7 +19,6 @@ from tumble.compare.run.running_engines import launched
 from tumble.compare.run.timing.readings import PROCESS, Reading, round_robin
 from tumble.compare.run.timing.timer import Pace, Ready, Timer
 from tumble.compare.sweep.pareto_front import (
-    TARGETS_M,
     accuracy_cost_rows,
     by_contestant,
     equivalent_rows,
@@ -28,13 +27,15 @@ from tumble.compare.sweep.pareto_front import (
     reach,
     work_precision_rows,
 )
+from tumble.compare.sweep.longer_steps import COUNTS
 from tumble.compare.sweep.results import measured
 from tumble.compare.sweep.schemas import AccuracyCostRow
-from tumble.compare.sweep.work_precision import Effort, Sweep, Timed, at_floor, climb, levels, sweep
+from tumble.compare.sweep.work_precision import TARGETS_M, Effort, Sweep, Timed, at_floor, climb, levels, sweep
 from tumble.reports.sweep_text import cost
 from tumble.scenarios.frames import vertices
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.truth import truth
+from tumble.solver.collocation.newton import FURTHEST_TURN
 
 SCENE = replace(read_scene("two-hits"), impulses=(), times=np.array([1.0]), duration=1.0)
 TRUTH = truth(SCENE)
@@ -232,11 +233,37 @@ def real() -> Sweep:
         return sweep(running_engines, SCENE)
 
 
-def test_a_real_ladder_has_four_rungs_a_decade(real):
+def test_a_real_ladder_has_four_levels_a_decade_around_each_error_that_is_reported(real):
     for timed in by_contestant(real.timed).values():
         # From two steps a flight on: one and two are an octave apart.
-        steps = sorted(each.run.dt for each in timed if each.run.dt < SCENE.duration)
-        assert all(finer / coarser < 10**0.25 for coarser, finer in pairwise(steps))
+        ladder = sorted((each for each in timed if each.run.dt < SCENE.duration), key=lambda each: each.run.dt)
+        for fine, coarse in pairwise(ladder):
+            assert coarse.run.dt / fine.run.dt <= 2.0
+            if any(fine.error_m <= target < coarse.error_m for target in TARGETS_M):
+                assert coarse.run.dt / fine.run.dt < 10**0.25
+
+
+def test_every_level_is_run_while_it_is_cheap():
+    with launched(["tumble:rk4", "tumble:symplectic-euler"]) as (solver,):
+        counts = [round(SCENE.duration / dt) for _, dt in islice(levels(solver, SCENE, "rk4"), 20)]
+        assert counts == list(COUNTS[:20])
+        costly = [round(SCENE.duration / dt) for _, dt in levels(solver, SCENE, "rk4") if dt < 1e-7]
+    assert costly
+    assert all(count.bit_count() == 1 for count in costly)
+
+
+@pytest.mark.parametrize("method", ["gauss6", "radau5"])
+def test_a_sweep_has_no_step_that_is_taken_in_parts(method):
+    """A step that turns the body by 29 rad was one step in the table, at the error and without the cost of its parts."""
+    scene = read_scene("yardstick")
+    true = truth(scene)
+    with launched([f"tumble:{method}"]) as (solver,):
+        found = climb(solver, {None: (scene, true)}, method, Effort(), 0.0)
+    fastest = float(np.linalg.norm(true.states[..., 10:13], axis=-1).max())
+    assert all(each.dt * fastest <= FURTHEST_TURN for each in found)
+    errors = [float(each.run(scene, "tumble", true).distances.max()) for each in found]
+    assert min(errors) < 1e-11
+    assert errors[0] > 1e3 * min(errors)
 
 
 def test_real_orders_and_equals_are_found(real):
@@ -299,8 +326,8 @@ def test_a_ladder_has_the_same_rungs_whatever_the_machine_does(tmp_path):
                 burner.wait()
     quiet, busy = found
     assert quiet == busy
-    # 66 steps by what it says of itself, so that the level beyond them is its last.
-    assert [round(SCENE.duration / dt) for dt in quiet][-2:] == [64, 96]
+    # 100 steps by what it says of itself; levels of more than 10 are halved.
+    assert [round(SCENE.duration / dt) for dt in quiet] == [1, 2, 3, 4, 6, 8, 16, 32, 64]
 
 
 def test_our_rk4_reaches_a_millionth_sooner_than_mujocos(real):
