@@ -236,7 +236,7 @@ def climb(
         if dt > longest:
             continue
         answer = simulate(name, dt)
-        runs = [run for _, run in ladder]
+        runs = [each for _, each in ladder]
         # The error of an adaptive method falls irregularly, and its tolerances are few: all are tried.
         if isinstance(answer, Failure) or (name == method and at_floor(runs)):
             break
@@ -245,7 +245,7 @@ def climb(
             break
         if runs[-1].status is Status.OK and float(runs[-1].distances.max()) <= enough_m:
             break
-    for dt in left_out([run for _, run in ladder]):
+    for dt in [*left_out([each for _, each in ladder])]:
         simulate(method, dt)
     return [answer for answer, _ in sorted(ladder, key=lambda each: -each[0].dt)]
 

@@ -18,6 +18,7 @@ from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.running_engines import launched
 from tumble.compare.run.timing.readings import PROCESS, Reading, round_robin
 from tumble.compare.run.timing.timer import Pace, Ready, Timer
+from tumble.compare.sweep.longer_steps import COUNTS
 from tumble.compare.sweep.pareto_front import (
     accuracy_cost_rows,
     by_contestant,
@@ -27,7 +28,6 @@ from tumble.compare.sweep.pareto_front import (
     reach,
     work_precision_rows,
 )
-from tumble.compare.sweep.longer_steps import COUNTS
 from tumble.compare.sweep.results import measured
 from tumble.compare.sweep.schemas import AccuracyCostRow
 from tumble.compare.sweep.work_precision import TARGETS_M, Effort, Sweep, Timed, at_floor, climb, levels, sweep
@@ -254,7 +254,7 @@ def test_every_level_is_run_while_it_is_cheap():
 
 @pytest.mark.parametrize("method", ["gauss6", "radau5"])
 def test_a_sweep_has_no_step_that_is_taken_in_parts(method):
-    """A step that turns the body by 29 rad was one step in the table, at the error and without the cost of its parts."""
+    """A step that turns the body by 29 rad was one in the table, with the error of its parts without their cost."""
     scene = read_scene("yardstick")
     true = truth(scene)
     with launched([f"tumble:{method}"]) as (solver,):
