@@ -37,12 +37,12 @@ ASYMPTOTIC = 1e-3  # of the body's size: larger errors need not fall with the st
 TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
 # Where a run takes more than this share of the budget the steps are halved, and only where the error passes one of
 # those above there is a run between: four levels a decade would take 1.7 times as long.
-COSTLY = 0.1
+COSTLY = 0.03
 # Errors whose run times are reported.
 TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
 # Of the levels whose runs take more than this share of the budget only every second is run, but for those next to one
 # of the errors above: four levels a decade take 1.7 times as long as two.
-COSTLY = 0.1
+COSTLY = 0.03
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from tumble.compare.run.timing.machine_load import machine, other_work, say
 from tumble.compare.run.timing.timer import Sample
 from tumble.scenarios.frames import Array
 
-SPAN_S, BUDGET_S = 3.0, 12.0
+SPAN_S, BUDGET_S = 2.0, 12.0
 ROUNDS = 8
 # More of a sample than that in `read`, or on another clock, is no chance.
 DISAGREE = 0.1
