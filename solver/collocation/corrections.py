@@ -2,117 +2,209 @@
 
 In an eigenvector of a method's coefficients a step multiplies slopes by a number h, real in one and complex in the two
 others, and the correction k of slopes that miss r is asked (1 - h J) k = r, J the Jacobian of the equations of motion.
-Of these x' = v and q' = q w~/2 are resolved by hand,
-
-    kx = rx + h kv,   kq = (rq + h/2 q (I^-1 kL)~) s,   s = (1 - h/2 w~)^-1 = (1 + h/2 w~) / (1 + |h w|^2/4),
-
-and six equations are left, or three of a body that never turns.
-Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), section IV.8; for x' = v already eq. 8.17.
+Of these x' = v is resolved by hand, and so is q' = q w~/2 but for the turn of the step itself: then kv moves the body
+by h^2 kv and kL turns it by h^2 I^-1 kL, and six equations are left, in 1 - h S - h^2 P, where S is what speeds change
+and P what places do.
+They are kept as columns, which are eight numbers: three of the force, one of nothing, three of the torque, and again
+one of nothing.
+Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), section IV.8, and eq. 8.17.
 """
 
-# The pair of eigenvalues is complex, in functions that are written for real numbers.
+# Numbers are dual, and states without rotation, which pyright cannot know.
 # pyright: reportArgumentType=false
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
+from tumble.solver.compilation import inlined
+from tumble.solver.dual import Dual, dual, parts
+from tumble.solver.eight import Eight, eight, fused_eight, lane, transposed, with_lane
+from tumble.solver.forces import Forces
+from tumble.solver.motion import State, if_turning, slope
+from tumble.solver.quaternion import Quaternion, product_vector
+from tumble.solver.vectors import Vector
 
-from tumble.solver.compilation import borrowing
-from tumble.solver.linear import factorise, substitute
-from tumble.solver.quaternion import Quaternion, plus, product, product_vector
-from tumble.solver.vectors import Vector, dot, scale, times
-
-Array = NDArray[np.float64]
-Numbers = NDArray[np.float64] | NDArray[np.complex128]
-Order = NDArray[np.int64]
+Columns = tuple[Eight, Eight, Eight, Eight, Eight, Eight, Eight, Eight]
 
 
-class Reduced(NamedTuple):
-    """The equations for one h, in their LU factors, (m, m); s, (4,); and room for the two sides, (13,) and (m,)."""
+class Changes(NamedTuple):
+    """How dv/dt and dL/dt change with x and with a turn, and with v and L, in columns; a turn is I^-1 times a column's."""
 
-    matrix: Numbers
-    order: Order
-    s: Numbers
-    sides: Numbers
-    rest: Numbers
+    by_place: Columns
+    by_speed: Columns
 
 
-@borrowing
-def put_reduced(found: Reduced, h: complex, jacobian: Array, middle: Array, inverse_moments: Vector | None) -> None:
-    """Put the equations in their factors; jacobian: the rows of v and L, (m, 13), at the state middle, (13,)."""
-    for r in range(len(jacobian)):
-        for c in range(3):
-            found.matrix[r, c] = -h * (jacobian[r, 7 + c] + h * jacobian[r, c])
-    _put_turning(found, h, jacobian, middle, inverse_moments)
-    for r in range(len(jacobian)):
-        found.matrix[r, r] += 1.0
-    factorise(found.matrix, found.order)
+class Complex(NamedTuple):
+    """Eight complex numbers."""
+
+    real: Eight
+    imaginary: Eight
 
 
-@borrowing
-def _put_turning(found: Reduced, h: complex, jacobian: Array, middle: Array, inverse_moments: Vector | None) -> None:
+Six = tuple[Complex, Complex, Complex, Complex, Complex, Complex]
+
+
+@inlined
+def changes_at(
+    state: State, inverse_moments: Vector | None, gyroscopic: Vector | None, forces: Forces
+) -> tuple[Vector, Vector, Changes]:
+    """Return dv/dt and dL/dt at a state, and how they change."""
+    x, q, v, l_body = state
+    there = (
+        (_place(x[0], 0), _place(x[1], 1), _place(x[2], 2)),
+        if_turning(_turning(q, inverse_moments), inverse_moments),
+        (_speed(v[0], 0), _speed(v[1], 1), _speed(v[2], 2)),
+        if_turning((_speed(l_body[0], 4), _speed(l_body[1], 5), _speed(l_body[2], 6)), inverse_moments),
+    )
+    _, _, accelerations, twists = slope(there, inverse_moments, gyroscopic, forces)
+    a, b, c = parts(accelerations[0]), parts(accelerations[1]), parts(accelerations[2])
+    d, e, f = _twist_parts(twists)
+    no = eight(0.0)
+    changes = Changes(
+        transposed((a[1], b[1], c[1], no, d[1], e[1], f[1], no)),
+        transposed((a[2], b[2], c[2], no, d[2], e[2], f[2], no)),
+    )
+    return (a[0], b[0], c[0]), (d[0], e[0], f[0]), changes
+
+
+@inlined
+def _unit(number: int) -> Eight:
+    return with_lane(eight(0.0), number, 1.0)
+
+
+@inlined
+def _place(value: float, number: int) -> Dual:
+    return dual(value, _unit(number), eight(0.0))
+
+
+@inlined
+def _speed(value: float, number: int) -> Dual:
+    return dual(value, eight(0.0), _unit(number))
+
+
+@inlined
+def _turning(q: Quaternion, inverse_moments: Vector | None) -> Quaternion:
+    """Return q, with what turns by I^-1 about the axes of the body make of it."""
     if inverse_moments is None:
-        return
-    u = scale(0.5 * h, times(inverse_moments, (middle[10], middle[11], middle[12])))
-    per = 1.0 / (1.0 + dot(u, u))
-    found.s[0], found.s[1], found.s[2], found.s[3] = per, per * u[0], per * u[1], per * u[2]
-    for c in range(3):
-        unit = (1.0 if c == 0 else 0.0, 1.0 if c == 1 else 0.0, 1.0 if c == 2 else 0.0)
-        turn = _turned_by(found, h, middle, times(inverse_moments, unit))
-        for r in range(6):
-            change = jacobian[r, 10 + c] + jacobian[r, 3] * turn[0]
-            change += jacobian[r, 4] * turn[1] + jacobian[r, 5] * turn[2] + jacobian[r, 6] * turn[3]
-            found.matrix[r, 3 + c] = -h * change
+        return q
+    a = product_vector(q, (0.5 * inverse_moments[0], 0.0, 0.0))
+    b = product_vector(q, (0.0, 0.5 * inverse_moments[1], 0.0))
+    c = product_vector(q, (0.0, 0.0, 0.5 * inverse_moments[2]))
+    return (
+        _turning_number(q[0], a[0], b[0], c[0]),
+        _turning_number(q[1], a[1], b[1], c[1]),
+        _turning_number(q[2], a[2], b[2], c[2]),
+        _turning_number(q[3], a[3], b[3], c[3]),
+    )
 
 
-@borrowing
-def _turned_by(found: Reduced, h: complex, middle: Array, spin: Vector) -> Quaternion:
-    """Return h/2 q spin~ s."""
-    q = (middle[3], middle[4], middle[5], middle[6])
-    return product(product_vector(q, scale(0.5 * h, spin)), _s(found))
+@inlined
+def _turning_number(value: float, a: float, b: float, c: float) -> Dual:
+    return dual(value, with_lane(with_lane(with_lane(eight(0.0), 4, a), 5, b), 6, c), eight(0.0))
 
 
-@borrowing
-def _s(found: Reduced) -> Quaternion:
-    return found.s[0], found.s[1], found.s[2], found.s[3]
+@inlined
+def _twist_parts(twists: Vector | None) -> tuple:
+    if twists is None:
+        nothing = (0.0, eight(0.0), eight(0.0))
+        return nothing, nothing, nothing
+    return parts(twists[0]), parts(twists[1]), parts(twists[2])
 
 
-@borrowing
-def resolve(found: Reduced, h: complex, jacobian: Array, middle: Array, inverse_moments: Vector | None) -> None:
-    """Replace r, in found.sides, by k."""
-    sides, rest = found.sides, found.rest
-    for r in range(len(jacobian)):
-        change = jacobian[r, 0] * sides[0] + jacobian[r, 1] * sides[1] + jacobian[r, 2] * sides[2]
-        rest[r] = sides[7 + r] + h * change
-    _put_turned_side(found, h, jacobian, inverse_moments)
-    substitute(found.matrix, found.order, rest)
-    for c in range(3):
-        sides[c] += h * rest[c]
-        sides[7 + c] = rest[c]
-    _put_turns(found, h, middle, inverse_moments)
+@inlined
+def inverse(changes: Changes, h: complex) -> Six:
+    """Return the columns of (1 - h S - h^2 P)^-1: Gauss and Jordan's elimination, in place.
+
+    Without pivoting: what pulls back or damps makes a diagonal above 1, and of a bad pivot only comes a bad correction.
+    Source: Golub & Van Loan, "Matrix Computations" (2013), section 3.4.
+    """
+    six = (
+        _column(changes, h, 0),
+        _column(changes, h, 1),
+        _column(changes, h, 2),
+        _column(changes, h, 4),
+        _column(changes, h, 5),
+        _column(changes, h, 6),
+    )
+    six = _eliminated(_eliminated(_eliminated(six, 0), 1), 2)
+    return _eliminated(_eliminated(_eliminated(six, 3), 4), 5)
 
 
-@borrowing
-def _put_turned_side(found: Reduced, h: complex, jacobian: Array, inverse_moments: Vector | None) -> None:
-    """Replace rq by rq s, and add what it does to the forces."""
-    if inverse_moments is None:
-        return
-    sides = found.sides
-    turned = product((sides[3], sides[4], sides[5], sides[6]), _s(found))
-    sides[3], sides[4], sides[5], sides[6] = turned
-    for r in range(6):
-        change = jacobian[r, 3] * turned[0] + jacobian[r, 4] * turned[1]
-        found.rest[r] += h * (change + jacobian[r, 5] * turned[2] + jacobian[r, 6] * turned[3])
+@inlined
+def _column(changes: Changes, h: complex, number: int) -> Complex:
+    square = h * h
+    place, speed = changes.by_place[number], changes.by_speed[number]
+    return Complex(
+        _unit(number) - (h.real * speed + square.real * place),
+        -(h.imag * speed + square.imag * place),
+    )
 
 
-@borrowing
-def _put_turns(found: Reduced, h: complex, middle: Array, inverse_moments: Vector | None) -> None:
-    """Add to rq s what kL makes of it, and put kL."""
-    if inverse_moments is None:
-        return
-    sides, rest = found.sides, found.rest
-    turn = _turned_by(found, h, middle, times(inverse_moments, (rest[3], rest[4], rest[5])))
-    sides[3], sides[4], sides[5], sides[6] = plus((sides[3], sides[4], sides[5], sides[6]), turn)
-    for c in range(3):
-        sides[10 + c] = rest[3 + c]
+@inlined
+def _eliminated(six: Six, number: int) -> Six:
+    """Return the columns after the elimination by one of them."""
+    row = number + number // 3
+    a, b = lane(six[number].real, row), lane(six[number].imaginary, row)
+    per = 1.0 / (a * a + b * b)
+    one = Complex(with_lane(six[number].real, row, 1.0), with_lane(six[number].imaginary, row, 0.0))
+    pivot = _times(one, a * per, -(b * per))
+    return (
+        _less(six[0], pivot, row, number == 0),
+        _less(six[1], pivot, row, number == 1),
+        _less(six[2], pivot, row, number == 2),
+        _less(six[3], pivot, row, number == 3),
+        _less(six[4], pivot, row, number == 4),
+        _less(six[5], pivot, row, number == 5),
+    )
+
+
+@inlined
+def _less(column: Complex, pivot: Complex, row: int, is_pivot: bool) -> Complex:
+    """Return a column less what of the pivot's makes its number in a row nothing."""
+    if is_pivot:
+        return pivot
+    a, b = lane(column.real, row), lane(column.imaginary, row)
+    return _plus_times(Complex(with_lane(column.real, row, 0.0), with_lane(column.imaginary, row, 0.0)), -a, -b, pivot)
+
+
+@inlined
+def _times(column: Complex, a: float, b: float) -> Complex:
+    """Return (a + i b) column."""
+    return Complex(
+        fused_eight(eight(-b), column.imaginary, a * column.real), fused_eight(eight(b), column.real, a * column.imaginary)
+    )
+
+
+@inlined
+def _plus_times(start: Complex, a: float, b: float, column: Complex) -> Complex:
+    """Return start + (a + i b) column."""
+    real = fused_eight(eight(a), column.real, start.real)
+    imaginary = fused_eight(eight(a), column.imaginary, start.imaginary)
+    return Complex(fused_eight(eight(-b), column.imaginary, real), fused_eight(eight(b), column.real, imaginary))
+
+
+@inlined
+def resolved(six: Six, changes: Changes, h: complex, r: Complex, turn: Complex) -> Complex:
+    """Return k from what slopes of v and L miss, and I times what the turn misses."""
+    push = _times(turn, h.real, h.imag)
+    rest = _pushed(_pushed(_pushed(r, changes, push, 4), changes, push, 5), changes, push, 6)
+    first = _plus_times(_plus_times(_taken(six[0], rest, 0), *_of(rest, 1), six[1]), *_of(rest, 2), six[2])
+    last = _plus_times(_plus_times(_taken(six[3], rest, 4), *_of(rest, 5), six[4]), *_of(rest, 6), six[5])
+    return Complex(first.real + last.real, first.imaginary + last.imaginary)
+
+
+@inlined
+def _pushed(r: Complex, changes: Changes, push: Complex, number: int) -> Complex:
+    """Return r and what a turn about one axis adds to it."""
+    a, b = _of(push, number)
+    column = changes.by_place[number]
+    return Complex(fused_eight(eight(a), column, r.real), fused_eight(eight(b), column, r.imaginary))
+
+
+@inlined
+def _taken(column: Complex, rest: Complex, number: int) -> Complex:
+    return _times(column, *_of(rest, number))
+
+
+@inlined
+def _of(numbers: Complex, number: int) -> tuple[float, float]:
+    return lane(numbers.real, number), lane(numbers.imaginary, number)

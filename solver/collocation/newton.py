@@ -1,24 +1,33 @@
 """Newton's method for the slopes at the stages of one step.
 
-Its Jacobian is that of the equations of motion at the middle stage, by the complex step through the very force terms,
-renewed where it serves badly; that decides how soon the slopes are found, not what is found.
+Its Jacobian is that of the equations of motion at the beginning of the step, by dual numbers through the very force
+terms, and renewed at the middle stage where it serves badly; that decides how soon the slopes are found, not what is
+found.
 Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), section IV.8.
 """
 
 import math
-from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from tumble.solver.collocation.corrections import Reduced, put_reduced, resolve
-from tumble.solver.collocation.equations import energy, put_jacobian, put_wanted, weighted
+from tumble.solver.collocation.corrections import Changes, Complex, Six, changes_at, inverse, resolved
+from tumble.solver.collocation.equations import (
+    NOTHING,
+    Eights,
+    Slopes,
+    Stages,
+    moved,
+    rows,
+    spin_power,
+    stages_of,
+    turned,
+    wanted,
+)
 from tumble.solver.collocation.scheme import Scheme
-from tumble.solver.compilation import borrowing, scalar
+from tumble.solver.compilation import inlined
+from tumble.solver.eight import Eight, eight, lane, loaded, transposed
 from tumble.solver.forces import Forces
-from tumble.solver.vectors import Vector, dot, times
-
-Array = NDArray[np.float64]
+from tumble.solver.motion import State
+from tumble.solver.quaternion import conjugate, norm_squared, plus, product, stretch
+from tumble.solver.vectors import Vector, add, dot, scale, times
 
 # A Jacobian serves badly where a correction is more than POOR of the one before.  Measured on the stiff scenes of the
 # catalogue, at their own steps and at 30 times those: with 0.1 to 0.9 a step costs the same within a third.  50
@@ -38,175 +47,207 @@ UNCLEAR = 1e-3
 FURTHEST_TURN = 1.0
 
 
-class Room(NamedTuple):
-    """Where Newton's method works: states, slopes and corrections at the stages, (3, 13), and what resolves them."""
-
-    stages: Array
-    wanted: Array
-    corrections: Array
-    middle: Array
-    instant: Array
-    pushes: Array
-    near: NDArray[np.complex128]
-    change: NDArray[np.complex128]
-    jacobian: Array
-    real: Reduced
-    pair: Reduced
-
-
-@scalar
-def room(inverse_moments: Vector | None) -> Room:
-    """Return room for steps of a body."""
-    m = 3 if inverse_moments is None else 6
-    return Room(
-        np.zeros((3, 13)),
-        np.zeros((3, 13)),
-        np.zeros((3, 13)),
-        np.zeros(13),
-        np.zeros(13),
-        np.zeros((3, 4)),
-        np.zeros(13, np.complex128),
-        np.zeros(13, np.complex128),
-        np.zeros((m, 13)),
-        Reduced(np.empty((m, m)), np.empty(m, np.int64), np.empty(4), np.zeros(13), np.empty(m)),
-        Reduced(
-            np.empty((m, m), np.complex128),
-            np.empty(m, np.int64),
-            np.empty(4, np.complex128),
-            np.zeros(13, np.complex128),
-            np.empty(m, np.complex128),
-        ),
-    )
-
-
-@borrowing
+@inlined
 def found(
-    state: Array,
-    slopes: Array,
-    here: Room,
+    state: State,
     dt: float,
     method: Scheme,
     reach: float,
     inverse_moments: Vector | None,
     gyroscopic: Vector | None,
     forces: Forces,
-) -> bool:
-    """Put the slopes at the stages of one step into slopes, (3, 13), and return whether they could be found.
+) -> tuple[Slopes, bool]:
+    """Return the slopes at the stages of one step, and whether they could be found.
 
     reach [m]: the body's size, as its radius of gyration has it.
+    Begins from a state that stands still.  The slopes of the step before would serve better, but then a step would
+    depend on more than the state it begins from, and two advances would not be one long one to the last bit.
     """
-    stages, middle, instant, pushes = here.stages, here.middle, here.instant, here.pushes
-    _predict(slopes)
-    previous, stale = math.inf, True
+    no, to_stages = eight(0.0), rows(dt, method.to_stages)
+    slopes = Slopes((no, no, no, no), (no, no, no), (no, no, no))
+    previous, is_first, stale, middle = math.inf, True, True, state
     for _ in range(MOST_CORRECTIONS):
-        _put_stages(stages, state, slopes, dt, method)
-        if not _turn(stages, dt, inverse_moments) <= FURTHEST_TURN:
-            return False
+        stages = stages_of(state, slopes, to_stages)
         if stale:
-            for a in range(13):
-                middle[a] = stages[1, a]
-            put_jacobian(middle, inverse_moments, gyroscopic, forces, here.near, here.change, here.jacobian)
-            put_reduced(here.real, dt * method.real_rate, here.jacobian, middle, inverse_moments)
-            put_reduced(here.pair, dt * method.pair_rate, here.jacobian, middle, inverse_moments)
-        roughness = put_wanted(
-            state, slopes, stages, dt, method, inverse_moments, gyroscopic, forces, instant, pushes, here.wanted
+            if not is_first:
+                middle = _middle(state, stages, to_stages)
+            accelerations, twists, changes = changes_at(middle, inverse_moments, gyroscopic, forces)
+            real, pair = inverse(changes, complex(dt * method.real_rate)), inverse(changes, dt * method.pair_rate)
+        if is_first:
+            asked, twisted, power = _all_stages(accelerations), _all_stages(twists), no
+        else:
+            asked, twisted, power = wanted(state, slopes, stages, dt, method, inverse_moments, gyroscopic, forces)
+        after = _corrected(
+            state, slopes, stages, asked, twisted, dt, method, to_stages, real, pair, changes, inverse_moments
         )
-        _correct(slopes, here, dt, method, inverse_moments)
-        change, shift = _sizes(here.corrections, stages, reach)
+        change, shift, turn = _sizes(slopes, after, stages, state, dt, to_stages, reach, inverse_moments)
+        slopes = after
+        if not turn <= FURTHEST_TURN:
+            return slopes, False
         shrinking = change / previous if previous < math.inf else POOR
         if change * shrinking <= LEAST_CHANGE or (shrinking > HALVING and shift < ROUNDING):
-            return _is_clear(dt * roughness, stages, dt, reach, forces.mass, inverse_moments)
+            return slopes, is_first or _is_clear(power, stages, dt, method, reach, forces.mass, inverse_moments)
         if not shrinking < (MOST_GROWTH_NEW if stale else MOST_GROWTH_OLD):
-            return False
-        previous, stale = change, shrinking > POOR
-    return False
+            return slopes, False
+        previous, is_first, stale = change, False, shrinking > POOR
+    return slopes, False
 
 
-@borrowing
-def _predict(slopes: Array) -> None:
-    """Begin from a state that stands still.
-
-    The slopes of the step before would serve better, but then a step would depend on more than the state it begins
-    from, and two advances would not be one long one to the last bit.
-    """
-    for i in range(3):
-        for a in range(13):
-            slopes[i, a] = 0.0
-
-
-@borrowing
-def _put_stages(stages: Array, state: Array, slopes: Array, dt: float, method: Scheme) -> None:
-    """Put the states at the stages, (3, 13), from the slopes there: y_i = y + dt sum_j a_ij y'_j."""
-    for i in range(3):
-        for a in range(13):
-            stages[i, a] = state[a] + dt * weighted(method.coefficients[i], slopes, a)
+@inlined
+def _middle(state: State, stages: Stages, to_stages: Eights) -> State:
+    """Return the state at the middle stage."""
+    x, (q, v, l_body) = moved(state[0], to_stages, stages.v), stages
+    return (
+        (lane(x[0], 1), lane(x[1], 1), lane(x[2], 1)),
+        (lane(q[0], 1), lane(q[1], 1), lane(q[2], 1), lane(q[3], 1)),
+        (lane(v[0], 1), lane(v[1], 1), lane(v[2], 1)),
+        (lane(l_body[0], 1), lane(l_body[1], 1), lane(l_body[2], 1)),
+    )
 
 
-@borrowing
-def _correct(slopes: Array, here: Room, dt: float, method: Scheme, inverse_moments: Vector | None) -> None:
-    """Correct the slopes by what Newton's method makes of what they miss; here.corrections: dt times that.
+@inlined
+def _all_stages(a: Vector) -> Vector:
+    return eight(a[0]), eight(a[1]), eight(a[2])
+
+
+@inlined
+def _corrected(
+    state: State,
+    slopes: Slopes,
+    stages: Stages,
+    asked: Vector,
+    twisted: Vector,
+    dt: float,
+    method: Scheme,
+    to_stages: Eights,
+    real: Six,
+    pair: Six,
+    changes: Changes,
+    inverse_moments: Vector | None,
+) -> Slopes:
+    """Return the slopes after what Newton's method makes of what they miss.
 
     Source: Hairer & Wanner (1996), eq. IV.8.13.
     """
-    real, pair = here.real.sides, here.pair.sides
-    for a in range(13):
-        real[a], pair[a] = 0.0, 0.0
-        for i in range(3):
-            missing = here.wanted[i, a] - slopes[i, a]
-            real[a] += method.to_real[i] * missing
-            pair[a] += method.to_pair[i] * missing
-    resolve(here.real, dt * method.real_rate, here.jacobian, here.middle, inverse_moments)
-    resolve(here.pair, dt * method.pair_rate, here.jacobian, here.middle, inverse_moments)
-    for i in range(3):
-        for a in range(13):
-            correction = method.from_real[i] * real[a] + 2.0 * (method.from_pair[i] * pair[a]).real
-            slopes[i, a] += correction
-            here.corrections[i, a] = dt * correction
+    force = add(asked, scale(-1.0, slopes.accelerations))
+    torque = add(twisted, scale(-1.0, slopes.twists))
+    r = _by_stage(force, torque)
+    turn = _by_stage((eight(0.0), eight(0.0), eight(0.0)), _turn_missed(slopes, stages, inverse_moments))
+    a, b = method.to_real, method.to_pair
+    of_real, of_pair = complex(dt * method.real_rate), dt * method.pair_rate
+    real_r, real_turn = _combined(a[0] + 0j, a[1] + 0j, a[2] + 0j, r), _combined(a[0] + 0j, a[1] + 0j, a[2] + 0j, turn)
+    pair_r, pair_turn = _combined(b[0], b[1], b[2], r), _combined(b[0], b[1], b[2], turn)
+    k, z = resolved(real, changes, of_real, real_r, real_turn), resolved(pair, changes, of_pair, pair_r, pair_turn)
+    no, c, d = eight(0.0), method.from_real, method.from_pair
+    by_stage = transposed((_back(c[0], k, d[0], z), _back(c[1], k, d[1], z), _back(c[2], k, d[2], z), no, no, no, no, no))
+    accelerations = add(slopes.accelerations, (by_stage[0], by_stage[1], by_stage[2]))
+    twists = add(slopes.twists, (by_stage[4], by_stage[5], by_stage[6]))
+    l_body = add(stages.l_body, moved(NOTHING, to_stages, (by_stage[4], by_stage[5], by_stage[6])))
+    return Slopes(turned(state[1], slopes.turns, l_body, to_stages, inverse_moments), accelerations, twists)
 
 
-@borrowing
-def _is_clear(work: float, stages: Array, dt: float, reach: float, mass: float, inverse_moments: Vector | None) -> bool:
-    """Return whether the work [J] that the instants do not show clearly is little beside the energy of motion."""
-    least = mass * (ROUNDING * reach / dt) ** 2
-    return abs(work) <= UNCLEAR * (energy(stages, mass, inverse_moments) + least)
+@inlined
+def _by_stage(force: Vector, torque: Vector) -> tuple[Eight, Eight, Eight]:
+    """Return what belongs to the velocity and the angular momentum at each stage, as columns are."""
+    no = eight(0.0)
+    a, b, c, _, _, _, _, _ = transposed((*force, no, *torque, no))
+    return a, b, c
 
 
-@borrowing
-def _turn(stages: Array, dt: float, inverse_moments: Vector | None) -> float:
-    """Return how far the body turns in a step [rad]."""
+@inlined
+def _turn_missed(slopes: Slopes, stages: Stages, inverse_moments: Vector | None) -> Vector:
+    """Return I times the angular velocity that dq/dt misses, 2 q* (q w~/2 - dq/dt) / |q|^2."""
     if inverse_moments is None:
-        return 0.0
-    furthest = 0.0
-    for i in range(3):
-        w_body = times(inverse_moments, (stages[i, 10], stages[i, 11], stages[i, 12]))
-        furthest = max(furthest, dot(w_body, w_body))
-    return abs(dt) * math.sqrt(furthest)
+        return eight(0.0), eight(0.0), eight(0.0)
+    q, l_body = stages.q, stages.l_body
+    _, x, y, z = product(conjugate(q), slopes.turns)
+    factor = -2.0 / norm_squared(q)
+    a, b, c = 1.0 / inverse_moments[0], 1.0 / inverse_moments[1], 1.0 / inverse_moments[2]
+    return add(l_body, scale(factor, times((a, b, c), (x, y, z))))
 
 
-@borrowing
-def _sizes(corrections: Array, stages: Array, reach: float) -> tuple[float, float]:
-    """Return how large corrections of the stages are: of what they correct, and of the body's place and size."""
-    dx, dq, dv, dl = _squares(corrections)
-    x, _, v, l_body = _squares(stages)
-    shift = max(dx / (x + reach * reach), dq)
-    return math.sqrt(max(shift, max(_part(dv, v), _part(dl, l_body)))), math.sqrt(shift)
+@inlined
+def _combined(a: complex, b: complex, c: complex, r: Eights) -> Complex:
+    """Return the combination of three stages that an eigenvector makes."""
+    return Complex(
+        a.real * r[0] + b.real * r[1] + c.real * r[2],
+        a.imag * r[0] + b.imag * r[1] + c.imag * r[2],
+    )
 
 
-@borrowing
-def _squares(states: Array) -> tuple[float, float, float, float]:
-    """Return the mean |x|^2, |q|^2, |v|^2 and |L|^2 of three states."""
-    x, q, v, l_body = 0.0, 0.0, 0.0, 0.0
-    for i in range(3):
-        for a in range(3):
-            x += states[i, a] ** 2 / 3.0
-            v += states[i, 7 + a] ** 2 / 3.0
-            l_body += states[i, 10 + a] ** 2 / 3.0
-        for a in range(3, 7):
-            q += states[i, a] ** 2 / 3.0
-    return x, q, v, l_body
+@inlined
+def _back(a: float, real: Complex, b: complex, pair: Complex) -> Eight:
+    """Return a stage's part of the eigenvectors: of the conjugate pair twice the real part of one."""
+    return a * real.real + 2.0 * b.real * pair.real - 2.0 * b.imag * pair.imaginary
 
 
-@borrowing
+@inlined
+def _is_clear(
+    power: Eight, stages: Stages, dt: float, method: Scheme, reach: float, mass: float, inverse_moments: Vector | None
+) -> bool:
+    """Return whether the work [J] that the instants do not show clearly is little beside the energy of motion."""
+    work = abs(dt) * abs(_all(power * loaded(method.roughness, 0)))
+    twice = mass * dot(stages.v, stages.v) + spin_power(stages.l_body, stages.l_body, inverse_moments)
+    energy = (lane(twice, 0) + lane(twice, 1) + lane(twice, 2)) / 6.0
+    return work <= UNCLEAR * (energy + mass * (ROUNDING * reach / dt) ** 2)
+
+
+@inlined
+def _all(numbers: Eight) -> float:
+    """Return the sum of eight numbers."""
+    low = (lane(numbers, 0) + lane(numbers, 1)) + (lane(numbers, 2) + lane(numbers, 3))
+    return low + ((lane(numbers, 4) + lane(numbers, 5)) + (lane(numbers, 6) + lane(numbers, 7)))
+
+
+@inlined
+def _sizes(
+    before: Slopes,
+    after: Slopes,
+    stages: Stages,
+    state: State,
+    dt: float,
+    to_stages: Eights,
+    reach: float,
+    inverse_moments: Vector | None,
+) -> tuple[float, float, float]:
+    """Return how large corrections of the stages are, of what they correct, and of the body's place and size.
+
+    And how far the body turns in the step [rad].
+    """
+    dq = plus(after.turns, stretch(-1.0, before.turns))
+    dv = add(after.accelerations, scale(-1.0, before.accelerations))
+    dl = add(after.twists, scale(-1.0, before.twists))
+    dx = moved(NOTHING, to_stages, dv)
+    w = _spin(stages.l_body, inverse_moments)
+    squares = transposed(
+        (
+            dot(dx, dx),
+            norm_squared(dq),
+            dot(dv, dv),
+            dot(dl, dl),
+            dot(w, w),
+            eight(0.0),
+            dot(stages.v, stages.v),
+            dot(stages.l_body, stages.l_body),
+        )
+    )
+    a, b, c = squares[0], squares[1], squares[2]
+    sums, square = (a + b + c) * (1.0 / 3.0), dt * dt
+    place = dot(state[0], state[0]) + reach * reach
+    shift = square * max(lane(sums, 0) / place, lane(sums, 1))
+    moving = square * max(_part(lane(sums, 2), lane(sums, 6)), _part(lane(sums, 3), lane(sums, 7)))
+    turn = abs(dt) * math.sqrt(max(lane(a, 4), max(lane(b, 4), lane(c, 4))))
+    return math.sqrt(max(shift, moving)), math.sqrt(shift), turn
+
+
+@inlined
+def _spin(l_body: Vector, inverse_moments: Vector | None) -> Vector:
+    if inverse_moments is None:
+        return eight(0.0), eight(0.0), eight(0.0)
+    return times(inverse_moments, l_body)
+
+
+@inlined
 def _part(part: float, whole: float) -> float:
     """Return part / whole, and nothing for no part of nothing."""
     return part / whole if part != 0.0 else 0.0
