@@ -183,19 +183,20 @@ def _plus_times(start: Complex, a: float, b: float, column: Complex) -> Complex:
 
 
 @inlined
-def resolved(six: Six, changes: Changes, h: complex, r: Complex, turn: Complex) -> Complex:
-    """Return k from what slopes of v and L miss, and I times what the turn misses."""
-    push = _times(turn, h.real, h.imag)
-    rest = _pushed(_pushed(_pushed(r, changes, push, 4), changes, push, 5), changes, push, 6)
+def resolved(six: Six, changes: Changes, h: complex, r: Complex, place: Complex) -> Complex:
+    """Return k from what slopes of v and L miss, and what those of x and, times I, of the turn miss."""
+    move = _times(place, h.real, h.imag)
+    rest = _pushed(_pushed(_pushed(r, changes, move, 0), changes, move, 1), changes, move, 2)
+    rest = _pushed(_pushed(_pushed(rest, changes, move, 4), changes, move, 5), changes, move, 6)
     first = _plus_times(_plus_times(_taken(six[0], rest, 0), *_of(rest, 1), six[1]), *_of(rest, 2), six[2])
     last = _plus_times(_plus_times(_taken(six[3], rest, 4), *_of(rest, 5), six[4]), *_of(rest, 6), six[5])
     return Complex(first.real + last.real, first.imaginary + last.imaginary)
 
 
 @inlined
-def _pushed(r: Complex, changes: Changes, push: Complex, number: int) -> Complex:
-    """Return r and what a turn about one axis adds to it."""
-    a, b = _of(push, number)
+def _pushed(r: Complex, changes: Changes, move: Complex, number: int) -> Complex:
+    """Return r and what a move or a turn along one axis adds to it."""
+    a, b = _of(move, number)
     column = changes.by_place[number]
     return Complex(fused_eight(eight(a), column, r.real), fused_eight(eight(b), column, r.imaginary))
 

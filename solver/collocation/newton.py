@@ -73,12 +73,14 @@ def found(
                 middle = _middle(state, stages, to_stages)
             accelerations, twists, changes = changes_at(middle, inverse_moments, gyroscopic, forces)
             real, pair = inverse(changes, complex(dt * method.real_rate)), inverse(changes, dt * method.pair_rate)
+        velocity = (no, no, no)
         if is_first:
-            asked, twisted, power = _all_stages(accelerations), _all_stages(twists), no
+            # As x is here still that of the beginning, all its slope is missed.
+            asked, twisted, power, velocity = _all_stages(accelerations), _all_stages(twists), no, stages.v
         else:
             asked, twisted, power = wanted(state, slopes, stages, dt, method, inverse_moments, gyroscopic, forces)
         after = _corrected(
-            state, slopes, stages, asked, twisted, dt, method, to_stages, real, pair, changes, inverse_moments
+            state, slopes, stages, velocity, asked, twisted, dt, method, to_stages, real, pair, changes, inverse_moments
         )
         change, shift, turn = _sizes(slopes, after, stages, state, dt, to_stages, reach, inverse_moments)
         slopes = after
@@ -115,6 +117,7 @@ def _corrected(
     state: State,
     slopes: Slopes,
     stages: Stages,
+    velocity: Vector,
     asked: Vector,
     twisted: Vector,
     dt: float,
@@ -125,19 +128,19 @@ def _corrected(
     changes: Changes,
     inverse_moments: Vector | None,
 ) -> Slopes:
-    """Return the slopes after what Newton's method makes of what they miss.
+    """Return the slopes after what Newton's method makes of what they miss; velocity: what dx/dt misses.
 
     Source: Hairer & Wanner (1996), eq. IV.8.13.
     """
     force = add(asked, scale(-1.0, slopes.accelerations))
     torque = add(twisted, scale(-1.0, slopes.twists))
     r = _by_stage(force, torque)
-    turn = _by_stage((eight(0.0), eight(0.0), eight(0.0)), _turn_missed(slopes, stages, inverse_moments))
+    place = _by_stage(velocity, _turn_missed(slopes, stages, inverse_moments))
     a, b = method.to_real, method.to_pair
     of_real, of_pair = complex(dt * method.real_rate), dt * method.pair_rate
-    real_r, real_turn = _combined(a[0] + 0j, a[1] + 0j, a[2] + 0j, r), _combined(a[0] + 0j, a[1] + 0j, a[2] + 0j, turn)
-    pair_r, pair_turn = _combined(b[0], b[1], b[2], r), _combined(b[0], b[1], b[2], turn)
-    k, z = resolved(real, changes, of_real, real_r, real_turn), resolved(pair, changes, of_pair, pair_r, pair_turn)
+    real_r, real_place = _combined(a[0] + 0j, a[1] + 0j, a[2] + 0j, r), _combined(a[0] + 0j, a[1] + 0j, a[2] + 0j, place)
+    pair_r, pair_place = _combined(b[0], b[1], b[2], r), _combined(b[0], b[1], b[2], place)
+    k, z = resolved(real, changes, of_real, real_r, real_place), resolved(pair, changes, of_pair, pair_r, pair_place)
     no, c, d = eight(0.0), method.from_real, method.from_pair
     by_stage = transposed((_back(c[0], k, d[0], z), _back(c[1], k, d[1], z), _back(c[2], k, d[2], z), no, no, no, no, no))
     accelerations = add(slopes.accelerations, (by_stage[0], by_stage[1], by_stage[2]))
