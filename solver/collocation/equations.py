@@ -102,31 +102,31 @@ def wanted(
     v = moved(NOTHING, values, stages.v)
     l_body = if_turning(moved(NOTHING, values, stages.l_body), inverse_moments)
     _, _, acceleration, torque = slope((x, q, v, l_body), inverse_moments, None, forces)
-    mean = (_mean(acceleration[0], method), _mean(acceleration[1], method), _mean(acceleration[2], method))
-    twists = _twists(stages, _push(q, torque, method), inverse_moments, gyroscopic)
+    means = method.means
+    mean = (seen(acceleration[0], means), seen(acceleration[1], means), seen(acceleration[2], means))
+    twists = _twists(stages, _push(q, torque, means), inverse_moments, gyroscopic)
     return mean, twists, forces.mass * dot(acceleration, v) + spin_power(torque, l_body, inverse_moments)
 
 
 @inlined
-def _mean(numbers: Eight, method: Scheme) -> Eight:
-    """Return the force that counts for each stage, from the forces at the instants."""
-    means = method.means
-    even, odd = loaded(means, 0) * eight(lane(numbers, 0)), loaded(means, 1) * eight(lane(numbers, 1))
-    even = fused_eight(loaded(means, 2), eight(lane(numbers, 2)), even)
-    odd = fused_eight(loaded(means, 3), eight(lane(numbers, 3)), odd)
-    even = fused_eight(loaded(means, 4), eight(lane(numbers, 4)), even)
-    odd = fused_eight(loaded(means, 5), eight(lane(numbers, 5)), odd)
-    even = fused_eight(loaded(means, 6), eight(lane(numbers, 6)), even)
-    return even + fused_eight(loaded(means, 7), eight(lane(numbers, 7)), odd)
+def seen(numbers: Eight, table: Array) -> Eight:
+    """Return the sum of the rows of a table, (8, 8), each times the number at one instant."""
+    even, odd = loaded(table, 0) * eight(lane(numbers, 0)), loaded(table, 1) * eight(lane(numbers, 1))
+    even = fused_eight(loaded(table, 2), eight(lane(numbers, 2)), even)
+    odd = fused_eight(loaded(table, 3), eight(lane(numbers, 3)), odd)
+    even = fused_eight(loaded(table, 4), eight(lane(numbers, 4)), even)
+    odd = fused_eight(loaded(table, 5), eight(lane(numbers, 5)), odd)
+    even = fused_eight(loaded(table, 6), eight(lane(numbers, 6)), even)
+    return even + fused_eight(loaded(table, 7), eight(lane(numbers, 7)), odd)
 
 
 @inlined
-def _push(q: Quaternion | None, torque: Vector | None, method: Scheme) -> Quaternion | None:
+def _push(q: Quaternion | None, torque: Vector | None, means: Array) -> Quaternion | None:
     """Return what torques at the instants push at q, q tau~ / |q|^2, as it counts for each stage."""
     if q is None:
         return q
     push = stretch(1.0 / norm_squared(q), product_vector(q, torque))
-    return _mean(push[0], method), _mean(push[1], method), _mean(push[2], method), _mean(push[3], method)
+    return seen(push[0], means), seen(push[1], means), seen(push[2], means), seen(push[3], means)
 
 
 @inlined

@@ -16,6 +16,7 @@ from tumble.solver.collocation.equations import (
     Stages,
     moved,
     rows,
+    seen,
     spin_power,
     stages_of,
     turned,
@@ -23,7 +24,7 @@ from tumble.solver.collocation.equations import (
 )
 from tumble.solver.collocation.scheme import Scheme
 from tumble.solver.compilation import inlined
-from tumble.solver.eight import Eight, eight, lane, loaded, transposed
+from tumble.solver.eight import Eight, eight, lane, transposed
 from tumble.solver.forces import Forces
 from tumble.solver.motion import State
 from tumble.solver.quaternion import conjugate, norm_squared, plus, product, stretch
@@ -41,7 +42,7 @@ LEAST_CHANGE = 2.0**-55
 HALVING, ROUNDING = 0.5, 1e-12
 # The most that a step's forces may do of unclear work, in parts of the body's energy of motion: ten times less doubles
 # the cost of a long step on a spring that comes and goes, ten times more halves it, and nothing else feels it.
-UNCLEAR = 1e-3
+UNCLEAR = 2e-4
 # The furthest turn in a step that is not taken in halves [rad]: a parabola for dq/dt is off by some turn^4/4!, a few
 # percent.  With half of it or twice as much no step of the stiff scenes costs a tenth more or less.
 FURTHEST_TURN = 1.0
@@ -188,18 +189,16 @@ def _back(a: float, real: Complex, b: complex, pair: Complex) -> Eight:
 def _is_clear(
     power: Eight, stages: Stages, dt: float, method: Scheme, reach: float, mass: float, inverse_moments: Vector | None
 ) -> bool:
-    """Return whether the work [J] that the instants do not show clearly is little beside the energy of motion."""
-    work = abs(dt) * abs(_all(power * loaded(method.roughness, 0)))
+    """Return whether the work [J] that the instants do not show clearly is little beside the energy of motion.
+
+    It is what the last two degrees of the power would come to, were two more pairs to fall off as they did.
+    """
+    degrees = seen(power, method.degrees)
+    before, last = abs(lane(degrees, 4)) + abs(lane(degrees, 5)), abs(lane(degrees, 6)) + abs(lane(degrees, 7))
+    falling = last / before if last < before else 1.0
     twice = mass * dot(stages.v, stages.v) + spin_power(stages.l_body, stages.l_body, inverse_moments)
     energy = (lane(twice, 0) + lane(twice, 1) + lane(twice, 2)) / 6.0
-    return work <= UNCLEAR * (energy + mass * (ROUNDING * reach / dt) ** 2)
-
-
-@inlined
-def _all(numbers: Eight) -> float:
-    """Return the sum of eight numbers."""
-    low = (lane(numbers, 0) + lane(numbers, 1)) + (lane(numbers, 2) + lane(numbers, 3))
-    return low + ((lane(numbers, 4) + lane(numbers, 5)) + (lane(numbers, 6) + lane(numbers, 7)))
+    return abs(dt) * last * falling * falling <= UNCLEAR * (energy + mass * (ROUNDING * reach / dt) ** 2)
 
 
 @inlined
