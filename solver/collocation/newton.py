@@ -42,7 +42,7 @@ LEAST_CHANGE = 2.0**-55
 HALVING, ROUNDING = 0.5, 1e-12
 # The most that a step's forces may do of unclear work, in parts of the body's energy of motion: ten times less doubles
 # the cost of a long step on a spring that comes and goes, ten times more halves it, and nothing else feels it.
-UNCLEAR = 2e-4
+UNCLEAR = 1e-5
 # The furthest turn in a step that is not taken in halves [rad]: a parabola for dq/dt is off by some turn^4/4!, a few
 # percent.  With half of it or twice as much no step of the stiff scenes costs a tenth more or less.
 FURTHEST_TURN = 1.0
