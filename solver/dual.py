@@ -6,6 +6,9 @@ Source: Clifford, "Preliminary sketch of biquaternions" (1873); Griewank & Walth
 section 3.1.
 """
 
+# numba passes options and the context of types where pyright cannot know of them.
+# pyright: reportArgumentType=false, reportCallIssue=false
+
 import operator
 from collections.abc import Callable
 from typing import Any, cast
@@ -15,7 +18,20 @@ from numba.core.imputils import lower_cast
 from numba.extending import intrinsic, models, overload, register_model
 
 from tumble.solver.compilation import INNER_OPTIONS
-from tumble.solver.eight import DOUBLE, EIGHT, Eight, Several, called, constant, operate, over, presses, pressing, root, spread
+from tumble.solver.eight import (
+    DOUBLE,
+    EIGHT,
+    Eight,
+    Several,
+    called,
+    constant,
+    operate,
+    over,
+    presses,
+    pressing,
+    root,
+    spread,
+)
 
 # A number, or one with its derivatives.  Python has only numbers.
 Dual = float

@@ -6,6 +6,9 @@ number is one of the functions below, which take both.  On a processor without 5
 or four, and are the same to the last bit.
 """
 
+# numba passes options and the context of types where pyright cannot know of them.
+# pyright: reportArgumentType=false, reportCallIssue=false
+
 import math
 import operator
 from collections.abc import Callable, Sequence
@@ -15,7 +18,7 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core.imputils import lower_cast
-from numba.core.typeconv import Conversion
+from numba.core.typeconv.castgraph import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, overload, register_model
 from numpy.typing import NDArray
@@ -88,7 +91,7 @@ def called(builder: Any, name: str, *arguments: Any) -> Any:
 def operate(of: Callable, kind: types.Type, lowered: Callable, count: int = 2) -> None:
     """Let an operator take what stands for numbers; lowered: its code, from the operands' types and values."""
 
-    @infer_global(of)
+    @infer_global(of)  # pyright: ignore[reportOptionalCall]
     class _Typed(AbstractTemplate):
         def generic(self, args: Any, kws: Any) -> Any:
             fit = len(args) == count and kind in args and all(a == kind or isinstance(a, types.Float) for a in args)

@@ -3,8 +3,8 @@
 A term that is absent is None, and the compiler leaves no trace of it in a kernel: numba drops a branch on `is None`
 where an argument of a function is None, so every term is a function of what it needs; and LLVM drops a sum with -0.0,
 which changes no number.  Every term also takes the numbers of eight instants at once, and numbers with their
-derivatives, as `tumble.solver.eight` and `tumble.solver.dual` have them: so no term branches on a number.  A new force is
-one more term here, and its line in `wrench`.
+derivatives, as `tumble.solver.eight` and `tumble.solver.dual` have them: so no term branches on a number.  A new force
+is one more term here, and its line in `wrench`.
 """
 
 # Rotation is absent as a whole, which pyright cannot know: where q is not None neither is L or w.

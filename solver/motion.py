@@ -2,7 +2,7 @@
 
 A state is x [m], q, v [m/s], L_body [kg m2/s]; x and v in world axes, q of any length.  Of a body that never turns q,
 L_body and inverse_moments are None, and the compiler leaves six numbers to integrate.  Slopes of a state are laid out
-as the state is, and all of it takes complex numbers.
+as the state is, and all of it takes eight numbers, or dual ones, for each.
 """
 
 # Rotation is absent as a whole, which pyright cannot know: where q is not None neither is L or w.

@@ -15,11 +15,13 @@ Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), se
 
 from typing import NamedTuple
 
+from tumble.solver.collocation.equations import Eights, Whole
+from tumble.solver.collocation.scheme import Scheme
 from tumble.solver.compilation import inlined
 from tumble.solver.dual import Dual, dual, parts
 from tumble.solver.eight import Eight, eight, fused_eight, lane, transposed, with_lane
 from tumble.solver.forces import Forces
-from tumble.solver.motion import State, if_turning, slope
+from tumble.solver.motion import if_turning, slope
 from tumble.solver.quaternion import Quaternion, product_vector
 from tumble.solver.vectors import Vector
 
@@ -27,7 +29,10 @@ Columns = tuple[Eight, Eight, Eight, Eight, Eight, Eight, Eight, Eight]
 
 
 class Changes(NamedTuple):
-    """How dv/dt and dL/dt change with x and with a turn, and with v and L, in columns; a turn is I^-1 times a column's."""
+    """How dv/dt and dL/dt change with x and with a turn, and with v and L, in columns.
+
+    A turn is I^-1 times the number of a column, as L is I times a speed.
+    """
 
     by_place: Columns
     by_speed: Columns
@@ -43,9 +48,74 @@ class Complex(NamedTuple):
 Six = tuple[Complex, Complex, Complex, Complex, Complex, Complex]
 
 
+class Missed(NamedTuple):
+    """What slopes at the stages miss: those of x, of the turn times I, of v and of L."""
+
+    velocities: Vector
+    turns: Vector
+    accelerations: Vector
+    twists: Vector
+
+
+class Resolved(NamedTuple):
+    """The equations of a correction, resolved: the inverse for the real eigenvalue and for one of the pair."""
+
+    changes: Changes
+    real: Six
+    pair: Six
+
+
+@inlined
+def resolved(changes: Changes, dt: float, method: Scheme) -> Resolved:
+    """Return the equations of a correction in a step, resolved."""
+    return Resolved(changes, inverse(changes, complex(dt * method.real_rate)), inverse(changes, dt * method.pair_rate))
+
+
+@inlined
+def corrections(found: Resolved, missed: Missed, dt: float, method: Scheme) -> tuple[Vector, Vector]:
+    """Return what to add to dv/dt and dL/dt at the stages.
+
+    Source: Hairer & Wanner (1996), eq. IV.8.13.
+    """
+    places = _by_stage(missed.velocities, missed.turns)
+    speeds = _by_stage(missed.accelerations, missed.twists)
+    a, b = method.to_real, method.to_pair
+    one, two, three = complex(a[0]), complex(a[1]), complex(a[2])
+    real = _correction(found.real, found.changes, complex(dt * method.real_rate), (one, two, three), places, speeds)
+    pair = _correction(found.pair, found.changes, dt * method.pair_rate, (b[0], b[1], b[2]), places, speeds)
+    no, c, d = eight(0.0), method.from_real, method.from_pair
+    first, second, third = _back(c[0], real, d[0], pair), _back(c[1], real, d[1], pair), _back(c[2], real, d[2], pair)
+    by_stage = transposed((first, second, third, no, no, no, no, no))
+    return (by_stage[0], by_stage[1], by_stage[2]), (by_stage[4], by_stage[5], by_stage[6])
+
+
+@inlined
+def _by_stage(first: Vector, second: Vector) -> Eights:
+    """Return what belongs to x or v, and to a turn or L, at each stage, as columns are."""
+    no = eight(0.0)
+    a, b, c, _, _, _, _, _ = transposed((*first, no, *second, no))
+    return a, b, c
+
+
+@inlined
+def _combined(weights: tuple[complex, complex, complex], stages: Eights) -> Complex:
+    """Return the combination of three stages that an eigenvector makes."""
+    a, b, c = weights
+    return Complex(
+        a.real * stages[0] + b.real * stages[1] + c.real * stages[2],
+        a.imag * stages[0] + b.imag * stages[1] + c.imag * stages[2],
+    )
+
+
+@inlined
+def _back(a: float, real: Complex, b: complex, pair: Complex) -> Eight:
+    """Return a stage's part of the eigenvectors: of the conjugate pair twice the real part of one."""
+    return a * real.real + 2.0 * b.real * pair.real - 2.0 * b.imag * pair.imaginary
+
+
 @inlined
 def changes_at(
-    state: State, inverse_moments: Vector | None, gyroscopic: Vector | None, forces: Forces
+    state: Whole, inverse_moments: Vector | None, gyroscopic: Vector | None, forces: Forces
 ) -> tuple[Vector, Vector, Changes]:
     """Return dv/dt and dL/dt at a state, and how they change."""
     x, q, v, l_body = state
@@ -170,7 +240,8 @@ def _less(column: Complex, pivot: Complex, row: int, is_pivot: bool) -> Complex:
 def _times(column: Complex, a: float, b: float) -> Complex:
     """Return (a + i b) column."""
     return Complex(
-        fused_eight(eight(-b), column.imaginary, a * column.real), fused_eight(eight(b), column.real, a * column.imaginary)
+        fused_eight(eight(-b), column.imaginary, a * column.real),
+        fused_eight(eight(b), column.real, a * column.imaginary),
     )
 
 
@@ -183,13 +254,16 @@ def _plus_times(start: Complex, a: float, b: float, column: Complex) -> Complex:
 
 
 @inlined
-def resolved(six: Six, changes: Changes, h: complex, r: Complex, place: Complex) -> Complex:
-    """Return k from what slopes of v and L miss, and what those of x and, times I, of the turn miss."""
-    move = _times(place, h.real, h.imag)
-    rest = _pushed(_pushed(_pushed(r, changes, move, 0), changes, move, 1), changes, move, 2)
+def _correction(
+    six: Six, changes: Changes, h: complex, weights: tuple[complex, complex, complex], places: Eights, speeds: Eights
+) -> Complex:
+    """Return k of one eigenvector, whose weights these are, from what slopes of places and of speeds miss."""
+    move = _times(_combined(weights, places), h.real, h.imag)
+    rest = _combined(weights, speeds)
+    rest = _pushed(_pushed(_pushed(rest, changes, move, 0), changes, move, 1), changes, move, 2)
     rest = _pushed(_pushed(_pushed(rest, changes, move, 4), changes, move, 5), changes, move, 6)
-    first = _plus_times(_plus_times(_taken(six[0], rest, 0), *_of(rest, 1), six[1]), *_of(rest, 2), six[2])
-    last = _plus_times(_plus_times(_taken(six[3], rest, 4), *_of(rest, 5), six[4]), *_of(rest, 6), six[5])
+    first = _plus_times(_plus_times(_times(six[0], *_of(rest, 0)), *_of(rest, 1), six[1]), *_of(rest, 2), six[2])
+    last = _plus_times(_plus_times(_times(six[3], *_of(rest, 4)), *_of(rest, 5), six[4]), *_of(rest, 6), six[5])
     return Complex(first.real + last.real, first.imaginary + last.imaginary)
 
 
@@ -199,11 +273,6 @@ def _pushed(r: Complex, changes: Changes, move: Complex, number: int) -> Complex
     a, b = _of(move, number)
     column = changes.by_place[number]
     return Complex(fused_eight(eight(a), column, r.real), fused_eight(eight(b), column, r.imaginary))
-
-
-@inlined
-def _taken(column: Complex, rest: Complex, number: int) -> Complex:
-    return _times(column, *_of(rest, number))
 
 
 @inlined

@@ -15,12 +15,14 @@ from tumble.solver.collocation.scheme import Scheme
 from tumble.solver.compilation import inlined
 from tumble.solver.eight import Eight, eight, fused_eight, lane, loaded
 from tumble.solver.forces import Forces
-from tumble.solver.motion import State, free_slope, if_turning, slope
+from tumble.solver.motion import free_slope, if_turning, slope
 from tumble.solver.quaternion import Quaternion, conjugate, norm_squared, product, product_vector, stretch
 from tumble.solver.vectors import Vector, add, dot, scale, times
 
 Array = NDArray[np.float64]
 Eights = tuple[Eight, Eight, Eight]
+# x, q, v and L, also of a body that never turns.
+Whole = tuple[Vector, Quaternion, Vector, Vector]
 
 NOTHING = (0.0, 0.0, 0.0)
 
@@ -68,7 +70,7 @@ def moved_quaternion(start: Quaternion, rows: Eights, slopes: Quaternion) -> Qua
 
 
 @inlined
-def stages_of(state: State, slopes: Slopes, to_stages: Eights) -> Stages:
+def stages_of(state: Whole, slopes: Slopes, to_stages: Eights) -> Stages:
     """Return the states at the stages, from the slopes there; to_stages: dt times the method's."""
     _, q, v, l_body = state
     return Stages(
@@ -80,7 +82,7 @@ def stages_of(state: State, slopes: Slopes, to_stages: Eights) -> Stages:
 
 @inlined
 def wanted(
-    state: State,
+    state: Whole,
     slopes: Slopes,
     stages: Stages,
     dt: float,

@@ -6,14 +6,18 @@ found.
 Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), section IV.8.
 """
 
+# The first correction finds what later ones may keep, which pyright cannot know.
+# pyright: reportPossiblyUnboundVariable=false
+
 import math
 
-from tumble.solver.collocation.corrections import Changes, Complex, Six, changes_at, inverse, resolved
+from tumble.solver.collocation.corrections import Missed, changes_at, corrections, resolved
 from tumble.solver.collocation.equations import (
     NOTHING,
     Eights,
     Slopes,
     Stages,
+    Whole,
     moved,
     rows,
     seen,
@@ -26,8 +30,7 @@ from tumble.solver.collocation.scheme import Scheme
 from tumble.solver.compilation import inlined
 from tumble.solver.eight import Eight, eight, lane, transposed
 from tumble.solver.forces import Forces
-from tumble.solver.motion import State
-from tumble.solver.quaternion import conjugate, norm_squared, plus, product, stretch
+from tumble.solver.quaternion import Quaternion, conjugate, norm_squared, plus, product, stretch
 from tumble.solver.vectors import Vector, add, dot, scale, times
 
 # A Jacobian serves badly where a correction is more than POOR of the one before.  Measured on the stiff scenes of the
@@ -41,8 +44,8 @@ LEAST_CHANGE = 2.0**-55
 # ... or where rounding keeps the corrections from halving: so small, relative to the body's place and size.
 HALVING, ROUNDING = 0.5, 1e-12
 # The most that a step's forces may do of unclear work, in parts of the body's energy of motion.  Measured on bouncing
-# floors and tethers that slacken, undamped, at 0.1 to 100 rad a step: with twenty times as much a step takes a fifth less
-# and the energy is off by three to twenty times as much.
+# floors and tethers that slacken, undamped, at 0.1 to 100 rad a step: with twenty times as much a step takes a fifth
+# less and the energy is off by three to twenty times as much.
 UNCLEAR = 1e-5
 # The furthest turn in a step that is not taken in halves [rad]: a parabola for dq/dt is off by some turn^4/4!, a few
 # percent.  With half of it or twice as much no step of the stiff scenes costs a tenth more or less.
@@ -51,7 +54,7 @@ FURTHEST_TURN = 1.0
 
 @inlined
 def found(
-    state: State,
+    state: Whole,
     dt: float,
     method: Scheme,
     reach: float,
@@ -65,8 +68,8 @@ def found(
     Begins from a state that stands still.  The slopes of the step before would serve better, but then a step would
     depend on more than the state it begins from, and two advances would not be one long one to the last bit.
     """
-    no, to_stages = eight(0.0), rows(dt, method.to_stages)
-    slopes = Slopes((no, no, no, no), (no, no, no), (no, no, no))
+    no, to_stages = (eight(0.0), eight(0.0), eight(0.0)), rows(dt, method.to_stages)
+    slopes = Slopes((*no, no[0]), no, no)
     previous, is_first, stale, middle = math.inf, True, True, state
     for _ in range(MOST_CORRECTIONS):
         stages = stages_of(state, slopes, to_stages)
@@ -74,15 +77,20 @@ def found(
             if not is_first:
                 middle = _middle(state, stages, to_stages)
             accelerations, twists, changes = changes_at(middle, inverse_moments, gyroscopic, forces)
-            real, pair = inverse(changes, complex(dt * method.real_rate)), inverse(changes, dt * method.pair_rate)
-        velocity = (no, no, no)
+            linear = resolved(changes, dt, method)
         if is_first:
-            # As x is here still that of the beginning, all its slope is missed.
-            asked, twisted, power, velocity = _all_stages(accelerations), _all_stages(twists), no, stages.v
+            # As x is here still that of the beginning, all of its slope is missed.
+            asked, twisted, power, missed = _all_stages(accelerations), _all_stages(twists), no[0], stages.v
         else:
             asked, twisted, power = wanted(state, slopes, stages, dt, method, inverse_moments, gyroscopic, forces)
+            missed = no
         after = _corrected(
-            state, slopes, stages, velocity, asked, twisted, dt, method, to_stages, real, pair, changes, inverse_moments
+            state[1],
+            slopes,
+            stages,
+            to_stages,
+            corrections(linear, _missed(slopes, stages, missed, asked, twisted, inverse_moments), dt, method),
+            inverse_moments,
         )
         change, shift, turn = _sizes(slopes, after, stages, state, dt, to_stages, reach, inverse_moments)
         slopes = after
@@ -98,7 +106,7 @@ def found(
 
 
 @inlined
-def _middle(state: State, stages: Stages, to_stages: Eights) -> State:
+def _middle(state: Whole, stages: Stages, to_stages: Eights) -> Whole:
     """Return the state at the middle stage."""
     x, (q, v, l_body) = moved(state[0], to_stages, stages.v), stages
     return (
@@ -115,48 +123,35 @@ def _all_stages(a: Vector) -> Vector:
 
 
 @inlined
-def _corrected(
-    state: State,
-    slopes: Slopes,
-    stages: Stages,
-    velocity: Vector,
-    asked: Vector,
-    twisted: Vector,
-    dt: float,
-    method: Scheme,
-    to_stages: Eights,
-    real: Six,
-    pair: Six,
-    changes: Changes,
-    inverse_moments: Vector | None,
-) -> Slopes:
-    """Return the slopes after what Newton's method makes of what they miss; velocity: what dx/dt misses.
-
-    Source: Hairer & Wanner (1996), eq. IV.8.13.
-    """
-    force = add(asked, scale(-1.0, slopes.accelerations))
-    torque = add(twisted, scale(-1.0, slopes.twists))
-    r = _by_stage(force, torque)
-    place = _by_stage(velocity, _turn_missed(slopes, stages, inverse_moments))
-    a, b = method.to_real, method.to_pair
-    of_real, of_pair = complex(dt * method.real_rate), dt * method.pair_rate
-    real_r, real_place = _combined(a[0] + 0j, a[1] + 0j, a[2] + 0j, r), _combined(a[0] + 0j, a[1] + 0j, a[2] + 0j, place)
-    pair_r, pair_place = _combined(b[0], b[1], b[2], r), _combined(b[0], b[1], b[2], place)
-    k, z = resolved(real, changes, of_real, real_r, real_place), resolved(pair, changes, of_pair, pair_r, pair_place)
-    no, c, d = eight(0.0), method.from_real, method.from_pair
-    by_stage = transposed((_back(c[0], k, d[0], z), _back(c[1], k, d[1], z), _back(c[2], k, d[2], z), no, no, no, no, no))
-    accelerations = add(slopes.accelerations, (by_stage[0], by_stage[1], by_stage[2]))
-    twists = add(slopes.twists, (by_stage[4], by_stage[5], by_stage[6]))
-    l_body = add(stages.l_body, moved(NOTHING, to_stages, (by_stage[4], by_stage[5], by_stage[6])))
-    return Slopes(turned(state[1], slopes.turns, l_body, to_stages, inverse_moments), accelerations, twists)
+def _missed(
+    slopes: Slopes, stages: Stages, velocities: Vector, asked: Vector, twisted: Vector, inverse_moments: Vector | None
+) -> Missed:
+    """Return what slopes miss of dx/dt, as given, and of those that the equations of motion ask for."""
+    return Missed(
+        velocities,
+        _turn_missed(slopes, stages, inverse_moments),
+        add(asked, scale(-1.0, slopes.accelerations)),
+        add(twisted, scale(-1.0, slopes.twists)),
+    )
 
 
 @inlined
-def _by_stage(force: Vector, torque: Vector) -> tuple[Eight, Eight, Eight]:
-    """Return what belongs to the velocity and the angular momentum at each stage, as columns are."""
-    no = eight(0.0)
-    a, b, c, _, _, _, _, _ = transposed((*force, no, *torque, no))
-    return a, b, c
+def _corrected(
+    q: Quaternion,
+    slopes: Slopes,
+    stages: Stages,
+    to_stages: Eights,
+    correction: tuple[Vector, Vector],
+    inverse_moments: Vector | None,
+) -> Slopes:
+    """Return slopes after a correction of those of v and L; q: at the beginning of the step."""
+    force, torque = correction
+    l_body = add(stages.l_body, moved(NOTHING, to_stages, torque))
+    return Slopes(
+        turned(q, slopes.turns, l_body, to_stages, inverse_moments),
+        add(slopes.accelerations, force),
+        add(slopes.twists, torque),
+    )
 
 
 @inlined
@@ -169,21 +164,6 @@ def _turn_missed(slopes: Slopes, stages: Stages, inverse_moments: Vector | None)
     factor = -2.0 / norm_squared(q)
     a, b, c = 1.0 / inverse_moments[0], 1.0 / inverse_moments[1], 1.0 / inverse_moments[2]
     return add(l_body, scale(factor, times((a, b, c), (x, y, z))))
-
-
-@inlined
-def _combined(a: complex, b: complex, c: complex, r: Eights) -> Complex:
-    """Return the combination of three stages that an eigenvector makes."""
-    return Complex(
-        a.real * r[0] + b.real * r[1] + c.real * r[2],
-        a.imag * r[0] + b.imag * r[1] + c.imag * r[2],
-    )
-
-
-@inlined
-def _back(a: float, real: Complex, b: complex, pair: Complex) -> Eight:
-    """Return a stage's part of the eigenvectors: of the conjugate pair twice the real part of one."""
-    return a * real.real + 2.0 * b.real * pair.real - 2.0 * b.imag * pair.imaginary
 
 
 @inlined
@@ -207,7 +187,7 @@ def _sizes(
     before: Slopes,
     after: Slopes,
     stages: Stages,
-    state: State,
+    state: Whole,
     dt: float,
     to_stages: Eights,
     reach: float,

@@ -76,7 +76,7 @@ def scheme(stages: Array, instants: Array) -> Scheme:
     )
 
 
-def _in_eights(rows: Array, count: int | None = None) -> Array:
+def _in_eights(rows: NDArray[np.floating], count: int | None = None) -> Array:
     """Return rows that zeros make eight numbers long, and as many rows as asked for."""
     whole = np.zeros((count or len(rows), COUNT))
     whole[: rows.shape[0], : rows.shape[1]] = rows

@@ -7,18 +7,21 @@ short that either side is as good, to rounding.  Where no part is short enough, 
 becomes nan.
 """
 
+# A row is loaded whole, also of a body that never turns, which pyright cannot know.
+# pyright: reportArgumentType=false
+
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.solver.collocation.equations import Slopes, moved, rows
+from tumble.solver.collocation.equations import Slopes, Whole, moved, rows
 from tumble.solver.collocation.newton import found
 from tumble.solver.collocation.scheme import Scheme
 from tumble.solver.compilation import borrowing, inlined, kernel
 from tumble.solver.eight import Eight, lane
 from tumble.solver.forces import Forces
-from tumble.solver.motion import State, load, store
+from tumble.solver.motion import load, store
 from tumble.solver.quaternion import Quaternion, normalise
 from tumble.solver.vectors import Vector
 
@@ -70,14 +73,14 @@ def _collocate(
 
 @borrowing
 def _advance(
-    state: State,
+    state: Whole,
     dt: float,
     method: Scheme,
     reach: float,
     inverse_moments: Vector | None,
     gyroscopic: Vector | None,
     forces: Forces,
-) -> tuple[State, bool]:
+) -> tuple[Whole, bool]:
     """Return the state after one step, taken in halves where it must be, and whether all of it was found; else nan."""
     done, part = 0.0, 1.0
     for _ in range(MOST_PARTS):
@@ -93,7 +96,7 @@ def _advance(
 
 
 @inlined
-def _after(state: State, slopes: Slopes, dt: float, method: Scheme, inverse_moments: Vector | None) -> State:
+def _after(state: Whole, slopes: Slopes, dt: float, method: Scheme, inverse_moments: Vector | None) -> Whole:
     """Return the state after a step."""
     x, q, v, l_body = state
     weights = method.weights
@@ -122,9 +125,7 @@ def _summed(start: Vector, dt: float, weights: Array, slopes: Vector) -> Vector:
 
 
 @inlined
-def _turned(
-    q: Quaternion, dt: float, weights: Array, turns: Quaternion, inverse_moments: Vector | None
-) -> Quaternion:
+def _turned(q: Quaternion, dt: float, weights: Array, turns: Quaternion, inverse_moments: Vector | None) -> Quaternion:
     """Return q after a step, of length 1."""
     if inverse_moments is None:
         return q
@@ -133,7 +134,7 @@ def _turned(
 
 
 @inlined
-def _lost(state: State, inverse_moments: Vector | None) -> State:
+def _lost(state: Whole, inverse_moments: Vector | None) -> Whole:
     """Return nan for what is stepped: of a body that never turns, only x and v."""
     _, q, _, l_body = state
     nan = math.nan
