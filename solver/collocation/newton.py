@@ -11,7 +11,8 @@ Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), se
 
 import math
 
-from tumble.solver.collocation.corrections import Missed, changes_at, corrections, resolved
+from tumble.solver.collocation.changes import changes_at
+from tumble.solver.collocation.corrections import Missed, corrections, resolved
 from tumble.solver.collocation.equations import (
     NOTHING,
     Eights,

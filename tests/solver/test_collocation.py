@@ -9,7 +9,8 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from tumble.solver.body import Body
-from tumble.solver.collocation.corrections import changes_at, inverse
+from tumble.solver.collocation.changes import changes_at
+from tumble.solver.collocation.corrections import inverse
 from tumble.solver.compilation import OPTIONS
 from tumble.solver.eight import lane
 from tumble.solver.forces import Forces
