@@ -2,9 +2,9 @@
 
 A term that is absent is None, and the compiler leaves no trace of it in a kernel: numba drops a branch on `is None`
 where an argument of a function is None, so every term is a function of what it needs; and LLVM drops a sum with -0.0,
-which changes no number.  Every term also takes complex numbers, with comparisons by their real part: an integrator that
-needs derivatives takes them from the very same terms, by the complex step.  A new force is one more term here, and its
-line in `wrench`.
+which changes no number.  Every term also takes the numbers of eight instants at once, and numbers with their
+derivatives, as `tumble.solver.eight` and `tumble.solver.dual` have them: so no term branches on a number.  A new force
+is one more term here, and its line in `wrench`.
 """
 
 # Rotation is absent as a whole, which pyright cannot know: where q is not None neither is L or w.
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.solver.compilation import borrowing, scalar
+from tumble.solver.eight import over, pressing, root
 from tumble.solver.quaternion import Quaternion, conjugate, norm_squared
 from tumble.solver.vectors import Vector, add, cross, dot, scale
 
@@ -185,12 +186,9 @@ def _spring(offset: Vector, velocity: Vector, stiffness: float, damping: float, 
     """
     if rest_length == 0.0:
         return add(scale(-stiffness, offset), scale(-damping, velocity))
-    square = dot(offset, offset)
-    if square.real == 0.0:
-        return scale(0.0, offset)
-    length = np.sqrt(square)
-    tension = stiffness * (length - rest_length) + damping * dot(velocity, offset) / length
-    return scale(-tension / length, offset)
+    length = root(dot(offset, offset))
+    tension = stiffness * (length - rest_length) + over(damping * dot(velocity, offset), length)
+    return scale(over(-tension, length), offset)
 
 
 class Plane(NamedTuple):
@@ -231,11 +229,9 @@ def _floor(
     for number in range(len(points)):
         point = (points[number, 0], points[number, 1], points[number, 2])
         y = plane.centre + dot(plane.normal_body, point)
-        if y.real < 0.0:
-            load = -stiffness * y - damping * (plane.rise + dot(plane.turn, point))
-            if load.real > 0.0:
-                push += load
-                lever = add(lever, scale(load, point))
+        load = pressing(y, -stiffness * y - damping * (plane.rise + dot(plane.turn, point)))
+        push = push + load
+        lever = add(lever, scale(load, point))
     return scale(push, normal), cross(lever, plane.normal_body)
 
 

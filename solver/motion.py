@@ -2,7 +2,7 @@
 
 A state is x [m], q, v [m/s], L_body [kg m2/s]; x and v in world axes, q of any length.  Of a body that never turns q,
 L_body and inverse_moments are None, and the compiler leaves six numbers to integrate.  Slopes of a state are laid out
-as the state is, and all of it takes complex numbers.
+as the state is, and all of it takes eight numbers, or dual ones, for each.
 """
 
 # Rotation is absent as a whole, which pyright cannot know: where q is not None neither is L or w.
@@ -66,9 +66,9 @@ def load(row: NDArray[np.float64], inverse_moments: Vector | None) -> State:
     """Return the state of a row x, q, v, L_body, (13,)."""
     return (
         (row[0], row[1], row[2]),
-        _if_turning((row[3], row[4], row[5], row[6]), inverse_moments),
+        if_turning((row[3], row[4], row[5], row[6]), inverse_moments),
         (row[7], row[8], row[9]),
-        _if_turning((row[10], row[11], row[12]), inverse_moments),
+        if_turning((row[10], row[11], row[12]), inverse_moments),
     )
 
 
@@ -148,12 +148,12 @@ def _store_rotation(row: NDArray[np.float64], q: Quaternion | None, l_body: Vect
         row[10], row[11], row[12] = l_body
 
 
-def _if_turning(value: Any, inverse_moments: Vector | None) -> Any:
+def if_turning(value: Any, inverse_moments: Vector | None) -> Any:
     """Return the value, or None for a body that never turns."""
     return None if inverse_moments is None else value
 
 
-@overload(_if_turning, jit_options=OPTIONS, strict=False)
+@overload(if_turning, jit_options=OPTIONS, strict=False)
 def _if_turning_by_type(value: types.Type, inverse_moments: types.Type) -> Any:
     """Choose when compiling, by the type: a branch on None would leave a value that may be either."""
     if isinstance(inverse_moments, types.NoneType):

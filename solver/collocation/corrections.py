@@ -2,117 +2,192 @@
 
 In an eigenvector of a method's coefficients a step multiplies slopes by a number h, real in one and complex in the two
 others, and the correction k of slopes that miss r is asked (1 - h J) k = r, J the Jacobian of the equations of motion.
-Of these x' = v and q' = q w~/2 are resolved by hand,
-
-    kx = rx + h kv,   kq = (rq + h/2 q (I^-1 kL)~) s,   s = (1 - h/2 w~)^-1 = (1 + h/2 w~) / (1 + |h w|^2/4),
-
-and six equations are left, or three of a body that never turns.
-Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), section IV.8; for x' = v already eq. 8.17.
+Of these x' = v is resolved by hand, and so is q' = q w~/2 but for the turn of the step itself: then kv moves the body
+by h^2 kv and kL turns it by h^2 I^-1 kL, and six equations are left, in 1 - h S - h^2 P, where S is what speeds change
+and P what places do: `tumble.solver.collocation.changes`, whose columns these are.
+Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), section IV.8, and eq. 8.17.
 """
-
-# The pair of eigenvalues is complex, in functions that are written for real numbers.
-# pyright: reportArgumentType=false
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from tumble.solver.compilation import borrowing
-from tumble.solver.linear import factorise, substitute
-from tumble.solver.quaternion import Quaternion, plus, product, product_vector
-from tumble.solver.vectors import Vector, dot, scale, times
-
-Array = NDArray[np.float64]
-Numbers = NDArray[np.float64] | NDArray[np.complex128]
-Order = NDArray[np.int64]
+from tumble.solver.collocation.changes import Changes, unit
+from tumble.solver.collocation.equations import Eights
+from tumble.solver.collocation.scheme import Scheme
+from tumble.solver.compilation import inlined
+from tumble.solver.eight import Eight, eight, fused_eight, lane, transposed, with_lane
+from tumble.solver.vectors import Vector
 
 
-class Reduced(NamedTuple):
-    """The equations for one h, in their LU factors, (m, m); s, (4,); and room for the two sides, (13,) and (m,)."""
+class Complex(NamedTuple):
+    """Eight complex numbers."""
 
-    matrix: Numbers
-    order: Order
-    s: Numbers
-    sides: Numbers
-    rest: Numbers
+    real: Eight
+    imaginary: Eight
 
 
-@borrowing
-def put_reduced(found: Reduced, h: complex, jacobian: Array, middle: Array, inverse_moments: Vector | None) -> None:
-    """Put the equations in their factors; jacobian: the rows of v and L, (m, 13), at the state middle, (13,)."""
-    for r in range(len(jacobian)):
-        for c in range(3):
-            found.matrix[r, c] = -h * (jacobian[r, 7 + c] + h * jacobian[r, c])
-    _put_turning(found, h, jacobian, middle, inverse_moments)
-    for r in range(len(jacobian)):
-        found.matrix[r, r] += 1.0
-    factorise(found.matrix, found.order)
+Six = tuple[Complex, Complex, Complex, Complex, Complex, Complex]
 
 
-@borrowing
-def _put_turning(found: Reduced, h: complex, jacobian: Array, middle: Array, inverse_moments: Vector | None) -> None:
-    if inverse_moments is None:
-        return
-    u = scale(0.5 * h, times(inverse_moments, (middle[10], middle[11], middle[12])))
-    per = 1.0 / (1.0 + dot(u, u))
-    found.s[0], found.s[1], found.s[2], found.s[3] = per, per * u[0], per * u[1], per * u[2]
-    for c in range(3):
-        unit = (1.0 if c == 0 else 0.0, 1.0 if c == 1 else 0.0, 1.0 if c == 2 else 0.0)
-        turn = _turned_by(found, h, middle, times(inverse_moments, unit))
-        for r in range(6):
-            change = jacobian[r, 10 + c] + jacobian[r, 3] * turn[0]
-            change += jacobian[r, 4] * turn[1] + jacobian[r, 5] * turn[2] + jacobian[r, 6] * turn[3]
-            found.matrix[r, 3 + c] = -h * change
+class Missed(NamedTuple):
+    """What slopes at the stages miss: those of x, of the turn times I, of v and of L."""
+
+    velocities: Vector
+    turns: Vector
+    accelerations: Vector
+    twists: Vector
 
 
-@borrowing
-def _turned_by(found: Reduced, h: complex, middle: Array, spin: Vector) -> Quaternion:
-    """Return h/2 q spin~ s."""
-    q = (middle[3], middle[4], middle[5], middle[6])
-    return product(product_vector(q, scale(0.5 * h, spin)), _s(found))
+class Resolved(NamedTuple):
+    """The equations of a correction, resolved: the inverse for the real eigenvalue and for one of the pair."""
+
+    changes: Changes
+    real: Six
+    pair: Six
 
 
-@borrowing
-def _s(found: Reduced) -> Quaternion:
-    return found.s[0], found.s[1], found.s[2], found.s[3]
+@inlined
+def resolved(changes: Changes, dt: float, method: Scheme) -> Resolved:
+    """Return the equations of a correction in a step, resolved."""
+    return Resolved(changes, inverse(changes, complex(dt * method.real_rate)), inverse(changes, dt * method.pair_rate))
 
 
-@borrowing
-def resolve(found: Reduced, h: complex, jacobian: Array, middle: Array, inverse_moments: Vector | None) -> None:
-    """Replace r, in found.sides, by k."""
-    sides, rest = found.sides, found.rest
-    for r in range(len(jacobian)):
-        change = jacobian[r, 0] * sides[0] + jacobian[r, 1] * sides[1] + jacobian[r, 2] * sides[2]
-        rest[r] = sides[7 + r] + h * change
-    _put_turned_side(found, h, jacobian, inverse_moments)
-    substitute(found.matrix, found.order, rest)
-    for c in range(3):
-        sides[c] += h * rest[c]
-        sides[7 + c] = rest[c]
-    _put_turns(found, h, middle, inverse_moments)
+@inlined
+def corrections(found: Resolved, missed: Missed, dt: float, method: Scheme) -> tuple[Vector, Vector]:
+    """Return what to add to dv/dt and dL/dt at the stages.
+
+    Source: Hairer & Wanner (1996), eq. IV.8.13.
+    """
+    places = _by_stage(missed.velocities, missed.turns)
+    speeds = _by_stage(missed.accelerations, missed.twists)
+    a, b = method.to_real, method.to_pair
+    one, two, three = complex(a[0]), complex(a[1]), complex(a[2])
+    real = _correction(found.real, found.changes, complex(dt * method.real_rate), (one, two, three), places, speeds)
+    pair = _correction(found.pair, found.changes, dt * method.pair_rate, (b[0], b[1], b[2]), places, speeds)
+    no, c, d = eight(0.0), method.from_real, method.from_pair
+    first, second, third = _back(c[0], real, d[0], pair), _back(c[1], real, d[1], pair), _back(c[2], real, d[2], pair)
+    by_stage = transposed((first, second, third, no, no, no, no, no))
+    return (by_stage[0], by_stage[1], by_stage[2]), (by_stage[4], by_stage[5], by_stage[6])
 
 
-@borrowing
-def _put_turned_side(found: Reduced, h: complex, jacobian: Array, inverse_moments: Vector | None) -> None:
-    """Replace rq by rq s, and add what it does to the forces."""
-    if inverse_moments is None:
-        return
-    sides = found.sides
-    turned = product((sides[3], sides[4], sides[5], sides[6]), _s(found))
-    sides[3], sides[4], sides[5], sides[6] = turned
-    for r in range(6):
-        change = jacobian[r, 3] * turned[0] + jacobian[r, 4] * turned[1]
-        found.rest[r] += h * (change + jacobian[r, 5] * turned[2] + jacobian[r, 6] * turned[3])
+@inlined
+def _by_stage(first: Vector, second: Vector) -> Eights:
+    """Return what belongs to x or v, and to a turn or L, at each stage, as columns are."""
+    no = eight(0.0)
+    a, b, c, _, _, _, _, _ = transposed((*first, no, *second, no))
+    return a, b, c
 
 
-@borrowing
-def _put_turns(found: Reduced, h: complex, middle: Array, inverse_moments: Vector | None) -> None:
-    """Add to rq s what kL makes of it, and put kL."""
-    if inverse_moments is None:
-        return
-    sides, rest = found.sides, found.rest
-    turn = _turned_by(found, h, middle, times(inverse_moments, (rest[3], rest[4], rest[5])))
-    sides[3], sides[4], sides[5], sides[6] = plus((sides[3], sides[4], sides[5], sides[6]), turn)
-    for c in range(3):
-        sides[10 + c] = rest[3 + c]
+@inlined
+def _combined(weights: tuple[complex, complex, complex], stages: Eights) -> Complex:
+    """Return the combination of three stages that an eigenvector makes."""
+    a, b, c = weights
+    return Complex(
+        a.real * stages[0] + b.real * stages[1] + c.real * stages[2],
+        a.imag * stages[0] + b.imag * stages[1] + c.imag * stages[2],
+    )
+
+
+@inlined
+def _back(a: float, real: Complex, b: complex, pair: Complex) -> Eight:
+    """Return a stage's part of the eigenvectors: of the conjugate pair twice the real part of one."""
+    return a * real.real + 2.0 * b.real * pair.real - 2.0 * b.imag * pair.imaginary
+
+
+@inlined
+def inverse(changes: Changes, h: complex) -> Six:
+    """Return the columns of (1 - h S - h^2 P)^-1: Gauss and Jordan's elimination, in place.
+
+    Without pivoting: what pulls back or damps makes a diagonal above 1, and of a bad pivot only comes a bad correction.
+    Source: Golub & Van Loan, "Matrix Computations" (2013), section 3.4.
+    """
+    six = (
+        _column(changes, h, 0),
+        _column(changes, h, 1),
+        _column(changes, h, 2),
+        _column(changes, h, 4),
+        _column(changes, h, 5),
+        _column(changes, h, 6),
+    )
+    six = _eliminated(_eliminated(_eliminated(six, 0), 1), 2)
+    return _eliminated(_eliminated(_eliminated(six, 3), 4), 5)
+
+
+@inlined
+def _column(changes: Changes, h: complex, number: int) -> Complex:
+    square = h * h
+    place, speed = changes.by_place[number], changes.by_speed[number]
+    return Complex(
+        unit(number) - (h.real * speed + square.real * place),
+        -(h.imag * speed + square.imag * place),
+    )
+
+
+@inlined
+def _eliminated(six: Six, number: int) -> Six:
+    """Return the columns after the elimination by one of them."""
+    row = number + number // 3
+    a, b = lane(six[number].real, row), lane(six[number].imaginary, row)
+    per = 1.0 / (a * a + b * b)
+    one = Complex(with_lane(six[number].real, row, 1.0), with_lane(six[number].imaginary, row, 0.0))
+    pivot = _times(one, a * per, -(b * per))
+    return (
+        _less(six[0], pivot, row, number == 0),
+        _less(six[1], pivot, row, number == 1),
+        _less(six[2], pivot, row, number == 2),
+        _less(six[3], pivot, row, number == 3),
+        _less(six[4], pivot, row, number == 4),
+        _less(six[5], pivot, row, number == 5),
+    )
+
+
+@inlined
+def _less(column: Complex, pivot: Complex, row: int, is_pivot: bool) -> Complex:
+    """Return a column less what of the pivot's makes its number in a row nothing."""
+    if is_pivot:
+        return pivot
+    a, b = lane(column.real, row), lane(column.imaginary, row)
+    return _plus_times(Complex(with_lane(column.real, row, 0.0), with_lane(column.imaginary, row, 0.0)), -a, -b, pivot)
+
+
+@inlined
+def _times(column: Complex, a: float, b: float) -> Complex:
+    """Return (a + i b) column."""
+    return Complex(
+        fused_eight(eight(-b), column.imaginary, a * column.real),
+        fused_eight(eight(b), column.real, a * column.imaginary),
+    )
+
+
+@inlined
+def _plus_times(start: Complex, a: float, b: float, column: Complex) -> Complex:
+    """Return start + (a + i b) column."""
+    real = fused_eight(eight(a), column.real, start.real)
+    imaginary = fused_eight(eight(a), column.imaginary, start.imaginary)
+    return Complex(fused_eight(eight(-b), column.imaginary, real), fused_eight(eight(b), column.real, imaginary))
+
+
+@inlined
+def _correction(
+    six: Six, changes: Changes, h: complex, weights: tuple[complex, complex, complex], places: Eights, speeds: Eights
+) -> Complex:
+    """Return k of one eigenvector, whose weights these are, from what slopes of places and of speeds miss."""
+    move = _times(_combined(weights, places), h.real, h.imag)
+    rest = _combined(weights, speeds)
+    rest = _pushed(_pushed(_pushed(rest, changes, move, 0), changes, move, 1), changes, move, 2)
+    rest = _pushed(_pushed(_pushed(rest, changes, move, 4), changes, move, 5), changes, move, 6)
+    first = _plus_times(_plus_times(_times(six[0], *_of(rest, 0)), *_of(rest, 1), six[1]), *_of(rest, 2), six[2])
+    last = _plus_times(_plus_times(_times(six[3], *_of(rest, 4)), *_of(rest, 5), six[4]), *_of(rest, 6), six[5])
+    return Complex(first.real + last.real, first.imaginary + last.imaginary)
+
+
+@inlined
+def _pushed(r: Complex, changes: Changes, move: Complex, number: int) -> Complex:
+    """Return r and what a move or a turn along one axis adds to it."""
+    a, b = _of(move, number)
+    column = changes.by_place[number]
+    return Complex(fused_eight(eight(a), column, r.real), fused_eight(eight(b), column, r.imaginary))
+
+
+@inlined
+def _of(numbers: Complex, number: int) -> tuple[float, float]:
+    return lane(numbers.real, number), lane(numbers.imaginary, number)

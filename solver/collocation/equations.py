@@ -1,147 +1,166 @@
-"""What the equations of motion ask of the slopes at the stages of a step, and how that changes with the state."""
+"""What the equations of motion ask of the slopes at the stages of a step: all stages, and all instants, at once.
 
-# The equations of motion take complex states, and states without rotation, which pyright cannot know.
+Numbers are eight: of the three stages, or of up to eight instants.
+"""
+
+# The equations of motion take eight states at once, and states without rotation, which pyright cannot know.
 # pyright: reportArgumentType=false
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tumble.solver.collocation.scheme import Scheme
-from tumble.solver.compilation import borrowing
+from tumble.solver.compilation import inlined
+from tumble.solver.eight import Eight, eight, fused_eight, lane, loaded
 from tumble.solver.forces import Forces
-from tumble.solver.motion import free_slope, load, slope, store
+from tumble.solver.motion import free_slope, if_turning, slope
 from tumble.solver.quaternion import Quaternion, conjugate, norm_squared, product, product_vector, stretch
-from tumble.solver.vectors import Vector, dot, times
+from tumble.solver.vectors import Vector, add, dot, scale, times
 
 Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+Eights = tuple[Eight, Eight, Eight]
+# x, q, v and L, also of a body that never turns.
+Whole = tuple[Vector, Quaternion, Vector, Vector]
 
-# So small that its square is lost in rounding, and with it the error of the derivative.
-# Source: Squire & Trapp, "Using complex variables to estimate derivatives of real functions" (1998).
-IMAGINARY = 1e-100
-
-
-@borrowing
-def weighted(weights: Array, slopes: Array, a: int) -> float:
-    """Return the weighted sum of column a of three rows."""
-    return weights[0] * slopes[0, a] + weights[1] * slopes[1, a] + weights[2] * slopes[2, a]
+NOTHING = (0.0, 0.0, 0.0)
 
 
-@borrowing
-def moves(a: int, inverse_moments: Vector | None) -> bool:
-    """Return whether the number a of a state is stepped: of a body that never turns, only those of x and v."""
-    return inverse_moments is not None or a < 3 or 7 <= a < 10
+class Slopes(NamedTuple):
+    """dq/dt, dv/dt and dL/dt at the stages."""
+
+    turns: Quaternion
+    accelerations: Vector
+    twists: Vector
 
 
-@borrowing
-def put_jacobian(
-    state: Array,
-    inverse_moments: Vector | None,
-    gyroscopic: Vector | None,
-    forces: Forces,
-    near: ComplexArray,
-    change: ComplexArray,
-    jacobian: Array,
-) -> None:
-    """Put the derivative of dv/dt and dL/dt by the state into jacobian, (3 or 6, 13).
+class Stages(NamedTuple):
+    """q, v and L at the stages."""
 
-    The derivatives of dx/dt and dq/dt are known: `tumble.solver.collocation.corrections`.
-    """
-    for a in range(13):
-        near[a] = state[a]
-    for c in range(13):
-        if not moves(c, inverse_moments):
-            continue
-        near[c] = complex(state[c], IMAGINARY)
-        store(change, slope(load(near, inverse_moments), inverse_moments, gyroscopic, forces))
-        near[c] = state[c]
-        for r in range(len(jacobian)):
-            jacobian[r, c] = change[7 + r].imag / IMAGINARY
+    q: Quaternion
+    v: Vector
+    l_body: Vector
 
 
-@borrowing
-def put_wanted(
-    state: Array,
-    slopes: Array,
-    stages: Array,
+@inlined
+def rows(factor: float, table: Array) -> Eights:
+    """Return the three rows of a table, (3, 8), times a factor."""
+    return factor * loaded(table, 0), factor * loaded(table, 1), factor * loaded(table, 2)
+
+
+@inlined
+def _moved(start: float, rows: Eights, numbers: Eight) -> Eight:
+    """Return a number plus three rows, each times the number of one stage."""
+    first = fused_eight(rows[0], eight(lane(numbers, 0)), eight(start))
+    return fused_eight(rows[2], eight(lane(numbers, 2)), fused_eight(rows[1], eight(lane(numbers, 1)), first))
+
+
+@inlined
+def moved(start: Vector, rows: Eights, slopes: Vector) -> Vector:
+    """Return a vector plus three rows, each times the vector of one stage."""
+    return _moved(start[0], rows, slopes[0]), _moved(start[1], rows, slopes[1]), _moved(start[2], rows, slopes[2])
+
+
+@inlined
+def moved_quaternion(start: Quaternion, rows: Eights, slopes: Quaternion) -> Quaternion:
+    """Return a quaternion plus three rows, each times the quaternion of one stage."""
+    x, y, z = moved((start[1], start[2], start[3]), rows, (slopes[1], slopes[2], slopes[3]))
+    return _moved(start[0], rows, slopes[0]), x, y, z
+
+
+@inlined
+def stages_of(state: Whole, slopes: Slopes, to_stages: Eights) -> Stages:
+    """Return the states at the stages, from the slopes there; to_stages: dt times the method's."""
+    _, q, v, l_body = state
+    return Stages(
+        moved_quaternion(q, to_stages, slopes.turns),
+        moved(v, to_stages, slopes.accelerations),
+        moved(l_body, to_stages, slopes.twists),
+    )
+
+
+@inlined
+def wanted(
+    state: Whole,
+    slopes: Slopes,
+    stages: Stages,
     dt: float,
     method: Scheme,
     inverse_moments: Vector | None,
     gyroscopic: Vector | None,
     forces: Forces,
-    here: Array,
-    pushes: Array,
-    wanted: Array,
-) -> float:
-    """Put the slopes that the equations of motion ask for at the stages into wanted, (3, 13).
+) -> tuple[Vector, Vector, Eight]:
+    """Return dv/dt and dL/dt as the equations of motion ask for them at the stages, and the forces' power [W].
 
-    Returns how rough the power of the forces is [W].
-    Velocities are a step's own parabola, positions its integral: so a damper never drives.
+    The power is that at the instants.  Velocities are a step's own parabola, positions its integral: so a damper never
+    drives.
     A torque is averaged as what it pushes at q, and a stage turns the mean back: Cohen & Hairer, "Linear
     energy-preserving integrators for Poisson systems" (2011), eq. 3.
     """
-    for i in range(3):
-        store(wanted[i], free_slope(load(stages[i], inverse_moments), inverse_moments, gyroscopic))
-    for i in range(3):
-        for a in range(4):
-            pushes[i, a] = 0.0
-    roughness = 0.0
-    for k in range(len(method.means[0])):
-        for a in range(7):
-            here[a] = state[a] + dt * weighted(method.integrals[k], slopes, a)
-        for a in range(7, 13):
-            here[a] = weighted(method.values[k], stages, a)
-        there = load(here, inverse_moments)
-        _, _, acceleration, torque = slope(there, inverse_moments, None, forces)
-        for i in range(3):
-            for a in range(3):
-                wanted[i, 7 + a] += method.means[i, k] * acceleration[a]
-        _add_pushes(pushes, method.means, k, there[1], torque)
-        power = forces.mass * dot(acceleration, there[2]) + _spin_power(torque, there[3], inverse_moments)
-        roughness += method.roughness[k] * power
-    _add_torques(wanted, stages, pushes, inverse_moments)
-    return roughness
+    integrals, values = rows(dt, method.integrals), rows(1.0, method.values)
+    x = moved(state[0], integrals, stages.v)
+    q = if_turning(moved_quaternion(state[1], integrals, slopes.turns), inverse_moments)
+    v = moved(NOTHING, values, stages.v)
+    l_body = if_turning(moved(NOTHING, values, stages.l_body), inverse_moments)
+    _, _, acceleration, torque = slope((x, q, v, l_body), inverse_moments, None, forces)
+    means = method.means
+    mean = (seen(acceleration[0], means), seen(acceleration[1], means), seen(acceleration[2], means))
+    twists = _twists(stages, _push(q, torque, means), inverse_moments, gyroscopic)
+    return mean, twists, forces.mass * dot(acceleration, v) + spin_power(torque, l_body, inverse_moments)
 
 
-@borrowing
-def _spin_power(torque: Vector | None, l_body: Vector | None, inverse_moments: Vector | None) -> float:
+@inlined
+def seen(numbers: Eight, table: Array) -> Eight:
+    """Return the sum of the rows of a table, (8, 8), each times the number at one instant."""
+    even, odd = loaded(table, 0) * eight(lane(numbers, 0)), loaded(table, 1) * eight(lane(numbers, 1))
+    even = fused_eight(loaded(table, 2), eight(lane(numbers, 2)), even)
+    odd = fused_eight(loaded(table, 3), eight(lane(numbers, 3)), odd)
+    even = fused_eight(loaded(table, 4), eight(lane(numbers, 4)), even)
+    odd = fused_eight(loaded(table, 5), eight(lane(numbers, 5)), odd)
+    even = fused_eight(loaded(table, 6), eight(lane(numbers, 6)), even)
+    return even + fused_eight(loaded(table, 7), eight(lane(numbers, 7)), odd)
+
+
+@inlined
+def _push(q: Quaternion | None, torque: Vector | None, means: Array) -> Quaternion | None:
+    """Return what torques at the instants push at q, q tau~ / |q|^2, as it counts for each stage."""
+    if q is None:
+        return q
+    push = stretch(1.0 / norm_squared(q), product_vector(q, torque))
+    return seen(push[0], means), seen(push[1], means), seen(push[2], means), seen(push[3], means)
+
+
+@inlined
+def _twists(
+    stages: Stages, push: Quaternion | None, inverse_moments: Vector | None, gyroscopic: Vector | None
+) -> Vector:
+    """Return dL/dt at the stages from what pushes at q there."""
+    if push is None:
+        return eight(0.0), eight(0.0), eight(0.0)
+    _, _, _, free = free_slope((NOTHING, stages.q, stages.v, stages.l_body), inverse_moments, gyroscopic)
+    torque = product(conjugate(stages.q), push)
+    return add(free, (torque[1], torque[2], torque[3]))
+
+
+@inlined
+def spin_power(torque: Vector | None, l_body: Vector | None, inverse_moments: Vector | None) -> Eight:
     """Return tau . w [W]."""
     if inverse_moments is None:
         return 0.0
     return dot(torque, times(inverse_moments, l_body))
 
 
-@borrowing
-def energy(stages: Array, mass: float, inverse_moments: Vector | None) -> float:
-    """Return the mean energy of motion at the stages [J]."""
-    mean = 0.0
-    for i in range(3):
-        _, _, v, l_body = load(stages[i], inverse_moments)
-        mean += (mass * dot(v, v) + _spin_power(l_body, l_body, inverse_moments)) / 6.0
-    return mean
+@inlined
+def turned(
+    q: Quaternion, turns: Quaternion, l_body: Vector, to_stages: Eights, inverse_moments: Vector | None
+) -> Quaternion:
+    """Return dq/dt = q w~/2 at the stages, for their L, from slopes that are nearly that.
 
-
-@borrowing
-def _add_pushes(pushes: Array, means: Array, k: int, q: Quaternion | None, torque: Vector | None) -> None:
-    """Add a torque at the instant k to what pushes at q, (3, 4): q tau~ / |q|^2."""
-    if q is None:
-        return
-    push = stretch(1.0 / norm_squared(q), product_vector(q, torque))
-    for i in range(3):
-        for a in range(4):
-            pushes[i, a] += means[i, k] * push[a]
-
-
-@borrowing
-def _add_torques(wanted: Array, stages: Array, pushes: Array, inverse_moments: Vector | None) -> None:
-    """Add the torque that pushes at the q of a stage to the stage's dL/dt."""
+    Put in twice: each time what is off becomes less by a quarter of the angle of the step's turn.
+    """
     if inverse_moments is None:
-        return
-    for i in range(3):
-        q, push = (
-            (stages[i, 3], stages[i, 4], stages[i, 5], stages[i, 6]),
-            (pushes[i, 0], pushes[i, 1], pushes[i, 2], pushes[i, 3]),
-        )
-        torque = product(conjugate(q), push)
-        for a in range(3):
-            wanted[i, 10 + a] += torque[1 + a]
+        return turns
+    half = scale(0.5, times(inverse_moments, l_body))
+    once = product_vector(moved_quaternion(q, to_stages, turns), half)
+    return product_vector(moved_quaternion(q, to_stages, once), half)

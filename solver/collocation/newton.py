@@ -1,24 +1,38 @@
 """Newton's method for the slopes at the stages of one step.
 
-Its Jacobian is that of the equations of motion at the middle stage, by the complex step through the very force terms,
-renewed where it serves badly; that decides how soon the slopes are found, not what is found.
+Its Jacobian is that of the equations of motion at the beginning of the step, by dual numbers through the very force
+terms, and renewed at the middle stage where it serves badly; that decides how soon the slopes are found, not what is
+found.
 Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), section IV.8.
 """
 
+# The first correction finds what later ones may keep, which pyright cannot know.
+# pyright: reportPossiblyUnboundVariable=false
+
 import math
-from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from tumble.solver.collocation.corrections import Reduced, put_reduced, resolve
-from tumble.solver.collocation.equations import energy, put_jacobian, put_wanted, weighted
+from tumble.solver.collocation.changes import changes_at
+from tumble.solver.collocation.corrections import Missed, corrections, resolved
+from tumble.solver.collocation.equations import (
+    NOTHING,
+    Eights,
+    Slopes,
+    Stages,
+    Whole,
+    moved,
+    rows,
+    seen,
+    spin_power,
+    stages_of,
+    turned,
+    wanted,
+)
 from tumble.solver.collocation.scheme import Scheme
-from tumble.solver.compilation import borrowing, scalar
+from tumble.solver.compilation import inlined
+from tumble.solver.eight import Eight, eight, lane, transposed
 from tumble.solver.forces import Forces
-from tumble.solver.vectors import Vector, dot, times
-
-Array = NDArray[np.float64]
+from tumble.solver.quaternion import Quaternion, conjugate, norm_squared, plus, product, stretch
+from tumble.solver.vectors import Vector, add, dot, scale, times
 
 # A Jacobian serves badly where a correction is more than POOR of the one before.  Measured on the stiff scenes of the
 # catalogue, at their own steps and at 30 times those: with 0.1 to 0.9 a step costs the same within a third.  50
@@ -30,183 +44,194 @@ MOST_GROWTH_NEW, MOST_GROWTH_OLD = 1.0, 2.0
 LEAST_CHANGE = 2.0**-55
 # ... or where rounding keeps the corrections from halving: so small, relative to the body's place and size.
 HALVING, ROUNDING = 0.5, 1e-12
-# The most that a step's forces may do of unclear work, in parts of the body's energy of motion: ten times less doubles
-# the cost of a long step on a spring that comes and goes, ten times more halves it, and nothing else feels it.
-UNCLEAR = 1e-3
+# The most that a step's forces may do of unclear work, in parts of the body's energy of motion.  Measured on bouncing
+# floors and tethers that slacken, undamped, at 0.1 to 100 rad a step: with twenty times as much a step takes a fifth
+# less and the energy is off by three to twenty times as much.
+UNCLEAR = 1e-5
 # The furthest turn in a step that is not taken in halves [rad]: a parabola for dq/dt is off by some turn^4/4!, a few
 # percent.  With half of it or twice as much no step of the stiff scenes costs a tenth more or less.
 FURTHEST_TURN = 1.0
 
 
-class Room(NamedTuple):
-    """Where Newton's method works: states, slopes and corrections at the stages, (3, 13), and what resolves them."""
-
-    stages: Array
-    wanted: Array
-    corrections: Array
-    middle: Array
-    instant: Array
-    pushes: Array
-    near: NDArray[np.complex128]
-    change: NDArray[np.complex128]
-    jacobian: Array
-    real: Reduced
-    pair: Reduced
-
-
-@scalar
-def room(inverse_moments: Vector | None) -> Room:
-    """Return room for steps of a body."""
-    m = 3 if inverse_moments is None else 6
-    return Room(
-        np.zeros((3, 13)),
-        np.zeros((3, 13)),
-        np.zeros((3, 13)),
-        np.zeros(13),
-        np.zeros(13),
-        np.zeros((3, 4)),
-        np.zeros(13, np.complex128),
-        np.zeros(13, np.complex128),
-        np.zeros((m, 13)),
-        Reduced(np.empty((m, m)), np.empty(m, np.int64), np.empty(4), np.zeros(13), np.empty(m)),
-        Reduced(
-            np.empty((m, m), np.complex128),
-            np.empty(m, np.int64),
-            np.empty(4, np.complex128),
-            np.zeros(13, np.complex128),
-            np.empty(m, np.complex128),
-        ),
-    )
-
-
-@borrowing
+@inlined
 def found(
-    state: Array,
-    slopes: Array,
-    here: Room,
+    state: Whole,
     dt: float,
     method: Scheme,
     reach: float,
     inverse_moments: Vector | None,
     gyroscopic: Vector | None,
     forces: Forces,
-) -> bool:
-    """Put the slopes at the stages of one step into slopes, (3, 13), and return whether they could be found.
+) -> tuple[Slopes, bool]:
+    """Return the slopes at the stages of one step, and whether they could be found.
 
     reach [m]: the body's size, as its radius of gyration has it.
+    Begins from a state that stands still.  The slopes of the step before would serve better, but then a step would
+    depend on more than the state it begins from, and two advances would not be one long one to the last bit.
     """
-    stages, middle, instant, pushes = here.stages, here.middle, here.instant, here.pushes
-    _predict(slopes)
-    previous, stale = math.inf, True
+    no, to_stages = (eight(0.0), eight(0.0), eight(0.0)), rows(dt, method.to_stages)
+    slopes = Slopes((*no, no[0]), no, no)
+    previous, is_first, stale, middle = math.inf, True, True, state
     for _ in range(MOST_CORRECTIONS):
-        _put_stages(stages, state, slopes, dt, method)
-        if not _turn(stages, dt, inverse_moments) <= FURTHEST_TURN:
-            return False
+        stages = stages_of(state, slopes, to_stages)
         if stale:
-            for a in range(13):
-                middle[a] = stages[1, a]
-            put_jacobian(middle, inverse_moments, gyroscopic, forces, here.near, here.change, here.jacobian)
-            put_reduced(here.real, dt * method.real_rate, here.jacobian, middle, inverse_moments)
-            put_reduced(here.pair, dt * method.pair_rate, here.jacobian, middle, inverse_moments)
-        roughness = put_wanted(
-            state, slopes, stages, dt, method, inverse_moments, gyroscopic, forces, instant, pushes, here.wanted
+            if not is_first:
+                middle = _middle(state, stages, to_stages)
+            accelerations, twists, changes = changes_at(middle, inverse_moments, gyroscopic, forces)
+            linear = resolved(changes, dt, method)
+        if is_first:
+            # As x is here still that of the beginning, all of its slope is missed.
+            asked, twisted, power, missed = _all_stages(accelerations), _all_stages(twists), no[0], stages.v
+        else:
+            asked, twisted, power = wanted(state, slopes, stages, dt, method, inverse_moments, gyroscopic, forces)
+            missed = no
+        after = _corrected(
+            state[1],
+            slopes,
+            stages,
+            to_stages,
+            corrections(linear, _missed(slopes, stages, missed, asked, twisted, inverse_moments), dt, method),
+            inverse_moments,
         )
-        _correct(slopes, here, dt, method, inverse_moments)
-        change, shift = _sizes(here.corrections, stages, reach)
+        change, shift, turn = _sizes(slopes, after, stages, state, dt, to_stages, reach, inverse_moments)
+        slopes = after
+        if not turn <= FURTHEST_TURN:
+            return slopes, False
         shrinking = change / previous if previous < math.inf else POOR
         if change * shrinking <= LEAST_CHANGE or (shrinking > HALVING and shift < ROUNDING):
-            return _is_clear(dt * roughness, stages, dt, reach, forces.mass, inverse_moments)
+            return slopes, is_first or _is_clear(power, stages, dt, method, reach, forces.mass, inverse_moments)
         if not shrinking < (MOST_GROWTH_NEW if stale else MOST_GROWTH_OLD):
-            return False
-        previous, stale = change, shrinking > POOR
-    return False
+            return slopes, False
+        previous, is_first, stale = change, False, shrinking > POOR
+    return slopes, False
 
 
-@borrowing
-def _predict(slopes: Array) -> None:
-    """Begin from a state that stands still.
-
-    The slopes of the step before would serve better, but then a step would depend on more than the state it begins
-    from, and two advances would not be one long one to the last bit.
-    """
-    for i in range(3):
-        for a in range(13):
-            slopes[i, a] = 0.0
-
-
-@borrowing
-def _put_stages(stages: Array, state: Array, slopes: Array, dt: float, method: Scheme) -> None:
-    """Put the states at the stages, (3, 13), from the slopes there: y_i = y + dt sum_j a_ij y'_j."""
-    for i in range(3):
-        for a in range(13):
-            stages[i, a] = state[a] + dt * weighted(method.coefficients[i], slopes, a)
+@inlined
+def _middle(state: Whole, stages: Stages, to_stages: Eights) -> Whole:
+    """Return the state at the middle stage."""
+    x, (q, v, l_body) = moved(state[0], to_stages, stages.v), stages
+    return (
+        (lane(x[0], 1), lane(x[1], 1), lane(x[2], 1)),
+        (lane(q[0], 1), lane(q[1], 1), lane(q[2], 1), lane(q[3], 1)),
+        (lane(v[0], 1), lane(v[1], 1), lane(v[2], 1)),
+        (lane(l_body[0], 1), lane(l_body[1], 1), lane(l_body[2], 1)),
+    )
 
 
-@borrowing
-def _correct(slopes: Array, here: Room, dt: float, method: Scheme, inverse_moments: Vector | None) -> None:
-    """Correct the slopes by what Newton's method makes of what they miss; here.corrections: dt times that.
-
-    Source: Hairer & Wanner (1996), eq. IV.8.13.
-    """
-    real, pair = here.real.sides, here.pair.sides
-    for a in range(13):
-        real[a], pair[a] = 0.0, 0.0
-        for i in range(3):
-            missing = here.wanted[i, a] - slopes[i, a]
-            real[a] += method.to_real[i] * missing
-            pair[a] += method.to_pair[i] * missing
-    resolve(here.real, dt * method.real_rate, here.jacobian, here.middle, inverse_moments)
-    resolve(here.pair, dt * method.pair_rate, here.jacobian, here.middle, inverse_moments)
-    for i in range(3):
-        for a in range(13):
-            correction = method.from_real[i] * real[a] + 2.0 * (method.from_pair[i] * pair[a]).real
-            slopes[i, a] += correction
-            here.corrections[i, a] = dt * correction
+@inlined
+def _all_stages(a: Vector) -> Vector:
+    return eight(a[0]), eight(a[1]), eight(a[2])
 
 
-@borrowing
-def _is_clear(work: float, stages: Array, dt: float, reach: float, mass: float, inverse_moments: Vector | None) -> bool:
-    """Return whether the work [J] that the instants do not show clearly is little beside the energy of motion."""
-    least = mass * (ROUNDING * reach / dt) ** 2
-    return abs(work) <= UNCLEAR * (energy(stages, mass, inverse_moments) + least)
+@inlined
+def _missed(
+    slopes: Slopes, stages: Stages, velocities: Vector, asked: Vector, twisted: Vector, inverse_moments: Vector | None
+) -> Missed:
+    """Return what slopes miss of dx/dt, as given, and of those that the equations of motion ask for."""
+    return Missed(
+        velocities,
+        _turn_missed(slopes, stages, inverse_moments),
+        add(asked, scale(-1.0, slopes.accelerations)),
+        add(twisted, scale(-1.0, slopes.twists)),
+    )
 
 
-@borrowing
-def _turn(stages: Array, dt: float, inverse_moments: Vector | None) -> float:
-    """Return how far the body turns in a step [rad]."""
+@inlined
+def _corrected(
+    q: Quaternion,
+    slopes: Slopes,
+    stages: Stages,
+    to_stages: Eights,
+    correction: tuple[Vector, Vector],
+    inverse_moments: Vector | None,
+) -> Slopes:
+    """Return slopes after a correction of those of v and L; q: at the beginning of the step."""
+    force, torque = correction
+    l_body = add(stages.l_body, moved(NOTHING, to_stages, torque))
+    return Slopes(
+        turned(q, slopes.turns, l_body, to_stages, inverse_moments),
+        add(slopes.accelerations, force),
+        add(slopes.twists, torque),
+    )
+
+
+@inlined
+def _turn_missed(slopes: Slopes, stages: Stages, inverse_moments: Vector | None) -> Vector:
+    """Return I times the angular velocity that dq/dt misses, 2 q* (q w~/2 - dq/dt) / |q|^2."""
     if inverse_moments is None:
-        return 0.0
-    furthest = 0.0
-    for i in range(3):
-        w_body = times(inverse_moments, (stages[i, 10], stages[i, 11], stages[i, 12]))
-        furthest = max(furthest, dot(w_body, w_body))
-    return abs(dt) * math.sqrt(furthest)
+        return eight(0.0), eight(0.0), eight(0.0)
+    q, l_body = stages.q, stages.l_body
+    _, x, y, z = product(conjugate(q), slopes.turns)
+    factor = -2.0 / norm_squared(q)
+    a, b, c = 1.0 / inverse_moments[0], 1.0 / inverse_moments[1], 1.0 / inverse_moments[2]
+    return add(l_body, scale(factor, times((a, b, c), (x, y, z))))
 
 
-@borrowing
-def _sizes(corrections: Array, stages: Array, reach: float) -> tuple[float, float]:
-    """Return how large corrections of the stages are: of what they correct, and of the body's place and size."""
-    dx, dq, dv, dl = _squares(corrections)
-    x, _, v, l_body = _squares(stages)
-    shift = max(dx / (x + reach * reach), dq)
-    return math.sqrt(max(shift, max(_part(dv, v), _part(dl, l_body)))), math.sqrt(shift)
+@inlined
+def _is_clear(
+    power: Eight, stages: Stages, dt: float, method: Scheme, reach: float, mass: float, inverse_moments: Vector | None
+) -> bool:
+    """Return whether the work [J] that the instants do not show clearly is little beside the energy of motion.
+
+    It is what the last two degrees of the power would come to, were two more pairs to fall off as they did.
+    """
+    degrees = seen(power, method.degrees)
+    before, last = abs(lane(degrees, 4)) + abs(lane(degrees, 5)), abs(lane(degrees, 6)) + abs(lane(degrees, 7))
+    falling = last / before if last < before else 1.0
+    twice = mass * dot(stages.v, stages.v) + spin_power(stages.l_body, stages.l_body, inverse_moments)
+    energy = (lane(twice, 0) + lane(twice, 1) + lane(twice, 2)) / 6.0
+    return abs(dt) * last * falling * falling <= UNCLEAR * (energy + mass * (ROUNDING * reach / dt) ** 2)
 
 
-@borrowing
-def _squares(states: Array) -> tuple[float, float, float, float]:
-    """Return the mean |x|^2, |q|^2, |v|^2 and |L|^2 of three states."""
-    x, q, v, l_body = 0.0, 0.0, 0.0, 0.0
-    for i in range(3):
-        for a in range(3):
-            x += states[i, a] ** 2 / 3.0
-            v += states[i, 7 + a] ** 2 / 3.0
-            l_body += states[i, 10 + a] ** 2 / 3.0
-        for a in range(3, 7):
-            q += states[i, a] ** 2 / 3.0
-    return x, q, v, l_body
+@inlined
+def _sizes(
+    before: Slopes,
+    after: Slopes,
+    stages: Stages,
+    state: Whole,
+    dt: float,
+    to_stages: Eights,
+    reach: float,
+    inverse_moments: Vector | None,
+) -> tuple[float, float, float]:
+    """Return how large corrections of the stages are, of what they correct, and of the body's place and size.
+
+    And how far the body turns in the step [rad].
+    """
+    dq = plus(after.turns, stretch(-1.0, before.turns))
+    dv = add(after.accelerations, scale(-1.0, before.accelerations))
+    dl = add(after.twists, scale(-1.0, before.twists))
+    dx = moved(NOTHING, to_stages, dv)
+    w = _spin(stages.l_body, inverse_moments)
+    squares = transposed(
+        (
+            dot(dx, dx),
+            norm_squared(dq),
+            dot(dv, dv),
+            dot(dl, dl),
+            dot(w, w),
+            eight(0.0),
+            dot(stages.v, stages.v),
+            dot(stages.l_body, stages.l_body),
+        )
+    )
+    a, b, c = squares[0], squares[1], squares[2]
+    sums, square = (a + b + c) * (1.0 / 3.0), dt * dt
+    place = dot(state[0], state[0]) + reach * reach
+    shift = square * max(lane(sums, 0) / place, lane(sums, 1))
+    moving = square * max(_part(lane(sums, 2), lane(sums, 6)), _part(lane(sums, 3), lane(sums, 7)))
+    turn = abs(dt) * math.sqrt(max(lane(a, 4), max(lane(b, 4), lane(c, 4))))
+    return math.sqrt(max(shift, moving)), math.sqrt(shift), turn
 
 
-@borrowing
+@inlined
+def _spin(l_body: Vector, inverse_moments: Vector | None) -> Vector:
+    if inverse_moments is None:
+        return eight(0.0), eight(0.0), eight(0.0)
+    return times(inverse_moments, l_body)
+
+
+@inlined
 def _part(part: float, whole: float) -> float:
     """Return part / whole, and nothing for no part of nothing."""
     return part / whole if part != 0.0 else 0.0

@@ -6,30 +6,33 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
+from tumble.solver.eight import COUNT
+
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-
-# The power of a linear spring in a step is a polynomial of this degree, which nobody need call unclear.
-SPRING_DEGREE = 5
 
 
 class Scheme(NamedTuple):
     """A method as numbers, for a step from 0 to 1.
 
     coefficients, (3, 3), and weights, (3,): the integrals of a parabola, given at the stages, up to the stages and 1.
-    integrals and values, (k, 3): its integrals up to the instants at which forces are looked at, and its values there;
-    means, (3, k): the force that counts for a stage, from the forces at the instants; roughness, (k,): the part of a
-    curve that is beyond the fifth degree and so no linear spring's power, as far as the instants show one.
+    The same in columns of eight, for `tumble.solver.eight`: to_stages, (3, 8), up to the stages, and zeros; integrals
+    and values, (3, 8): its integrals up to the instants at which forces are looked at, and its values there; means,
+    (8, 8): the force that counts for a stage, a row for the force at each instant; degrees, (8, 8): Legendre's
+    coefficients of the polynomial through what is seen at the instants, a row for each, and zeros unless there are
+    eight instants.  Where there
+    are fewer instants than eight the last is there again, and does not count.
     real_rate, to_real, from_real: the real eigenvalue of the coefficients, its left and its right eigenvector;
     pair_rate, to_pair, from_pair: the same of one eigenvalue of the conjugate pair.
     """
 
     coefficients: Array
     weights: Array
+    to_stages: Array
     integrals: Array
     values: Array
     means: Array
-    roughness: Array
+    degrees: Array
     real_rate: float
     to_real: Array
     from_real: Array
@@ -49,8 +52,9 @@ def scheme(stages: Array, instants: Array) -> Scheme:
     integrals = [parabola.integ() for parabola in parabolas]
     coefficients = _at(integrals, stages)
     weights = _at(integrals, np.ones(1))[0]
+    seen = np.append(instants, np.full(COUNT - len(instants), instants[-1]))
     values = _at(parabolas, instants)
-    # What makes Legendre's coefficients of a curve from its values at the instants: first its mean, last its roughness.
+    # What makes Legendre's coefficients of a curve from its values at the instants: the first is its mean.
     legendre = np.linalg.inv(np.polynomial.legendre.legvander(2.0 * instants - 1.0, len(instants) - 1))
     rates, right = np.linalg.eig(coefficients)
     left = np.linalg.inv(right)
@@ -58,10 +62,11 @@ def scheme(stages: Array, instants: Array) -> Scheme:
     return Scheme(
         coefficients=coefficients,
         weights=weights,
-        integrals=_at(integrals, instants),
-        values=values,
-        means=np.ascontiguousarray((legendre[0][:, None] * values / weights).T),
-        roughness=legendre[-1].copy() if len(instants) > SPRING_DEGREE + 1 else np.zeros(len(instants)),
+        to_stages=_in_eights(coefficients.T),
+        integrals=np.ascontiguousarray(_at(integrals, seen).T),
+        values=np.ascontiguousarray(_at(parabolas, seen).T),
+        means=_in_eights(legendre[0][:, None] * values / weights, COUNT),
+        degrees=_in_eights(legendre.T if len(instants) == COUNT else np.zeros((1, 1)), COUNT),
         real_rate=float(rates[real].real),
         to_real=np.ascontiguousarray(np.real(left[real])),
         from_real=np.ascontiguousarray(np.real(right[:, real])),
@@ -69,6 +74,13 @@ def scheme(stages: Array, instants: Array) -> Scheme:
         to_pair=np.ascontiguousarray(left[pair]),
         from_pair=np.ascontiguousarray(right[:, pair]),
     )
+
+
+def _in_eights(rows: NDArray[np.floating], count: int | None = None) -> Array:
+    """Return rows that zeros make eight numbers long, and as many rows as asked for."""
+    whole = np.zeros((count or len(rows), COUNT))
+    whole[: rows.shape[0], : rows.shape[1]] = rows
+    return whole
 
 
 def _lagrange(points: Array) -> list[Polynomial]:

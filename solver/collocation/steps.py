@@ -7,17 +7,22 @@ short that either side is as good, to rounding.  Where no part is short enough, 
 becomes nan.
 """
 
+# A row is loaded whole, also of a body that never turns, which pyright cannot know.
+# pyright: reportArgumentType=false
+
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.solver.collocation.equations import moves, weighted
-from tumble.solver.collocation.newton import Room, found, room
+from tumble.solver.collocation.equations import Slopes, Whole, moved, rows
+from tumble.solver.collocation.newton import found
 from tumble.solver.collocation.scheme import Scheme
-from tumble.solver.compilation import borrowing, kernel
+from tumble.solver.compilation import borrowing, inlined, kernel
+from tumble.solver.eight import Eight, lane
 from tumble.solver.forces import Forces
-from tumble.solver.quaternion import normalise
+from tumble.solver.motion import load, store
+from tumble.solver.quaternion import Quaternion, normalise
 from tumble.solver.vectors import Vector
 
 Array = NDArray[np.float64]
@@ -46,7 +51,7 @@ def integrate(
 
 @kernel
 def _collocate(
-    rows: Array,
+    bodies: Array,
     n: int,
     dt: float,
     method: Scheme,
@@ -55,48 +60,87 @@ def _collocate(
     gyroscopic: Vector | None,
     forces: Forces,
 ) -> None:
-    """Take n steps of rows; reach [m]: the body's size, as its radius of gyration has it."""
-    state, slopes, here = np.empty(13), np.zeros((3, 13)), room(inverse_moments)
-    for row in rows:
-        for a in range(13):
-            state[a] = row[a]
+    """Take n steps of bodies, rows as in `integrate`; reach [m]: the body's size, as its radius of gyration has it."""
+    for row in bodies:
+        state = load(row, (0.0, 0.0, 0.0))
         for step in range(n):
-            if not _advance(state, slopes, here, dt, method, reach, inverse_moments, gyroscopic, forces):
+            state, is_found = _advance(state, dt, method, reach, inverse_moments, gyroscopic, forces)
+            if not is_found:
                 row[13] += n - step
                 break
-        for a in range(13):
-            row[a] = state[a]
+        store(row, state)
 
 
 @borrowing
 def _advance(
-    state: Array,
-    slopes: Array,
-    here: Room,
+    state: Whole,
     dt: float,
     method: Scheme,
     reach: float,
     inverse_moments: Vector | None,
     gyroscopic: Vector | None,
     forces: Forces,
-) -> bool:
-    """Take one step, in halves where it must be, and return whether all of it was found; if not the state is nan."""
+) -> tuple[Whole, bool]:
+    """Return the state after one step, taken in halves where it must be, and whether all of it was found; else nan."""
     done, part = 0.0, 1.0
     for _ in range(MOST_PARTS):
-        is_found = found(state, slopes, here, part * dt, method, reach, inverse_moments, gyroscopic, forces)
+        slopes, is_found = found(state, part * dt, method, reach, inverse_moments, gyroscopic, forces)
         if is_found:
-            for a in range(13):
-                state[a] += part * dt * weighted(method.weights, slopes, a)
-            _put_normalised(state, inverse_moments)
+            state = _after(state, slopes, part * dt, method, inverse_moments)
         done, part = next_part(done, part, is_found)
         if done == 1.0:
-            return True
+            return state, True
         if part == 0.0:
             break
-    for a in range(13):
-        if moves(a, inverse_moments):
-            state[a] = math.nan
-    return False
+    return _lost(state, inverse_moments), False
+
+
+@inlined
+def _after(state: Whole, slopes: Slopes, dt: float, method: Scheme, inverse_moments: Vector | None) -> Whole:
+    """Return the state after a step."""
+    x, q, v, l_body = state
+    weights = method.weights
+    velocities = moved(v, rows(dt, method.to_stages), slopes.accelerations)
+    return (
+        _summed(x, dt, weights, velocities),
+        _turned(q, dt, weights, slopes.turns, inverse_moments),
+        _summed(v, dt, weights, slopes.accelerations),
+        _summed(l_body, dt, weights, slopes.twists),
+    )
+
+
+@inlined
+def _sum(start: float, dt: float, weights: Array, slopes: Eight) -> float:
+    """Return a number after a step, from its slopes at the stages."""
+    return start + dt * (weights[0] * lane(slopes, 0) + weights[1] * lane(slopes, 1) + weights[2] * lane(slopes, 2))
+
+
+@inlined
+def _summed(start: Vector, dt: float, weights: Array, slopes: Vector) -> Vector:
+    return (
+        _sum(start[0], dt, weights, slopes[0]),
+        _sum(start[1], dt, weights, slopes[1]),
+        _sum(start[2], dt, weights, slopes[2]),
+    )
+
+
+@inlined
+def _turned(q: Quaternion, dt: float, weights: Array, turns: Quaternion, inverse_moments: Vector | None) -> Quaternion:
+    """Return q after a step, of length 1."""
+    if inverse_moments is None:
+        return q
+    x, y, z = _summed((q[1], q[2], q[3]), dt, weights, (turns[1], turns[2], turns[3]))
+    return normalise((_sum(q[0], dt, weights, turns[0]), x, y, z))
+
+
+@inlined
+def _lost(state: Whole, inverse_moments: Vector | None) -> Whole:
+    """Return nan for what is stepped: of a body that never turns, only x and v."""
+    _, q, _, l_body = state
+    nan = math.nan
+    if inverse_moments is None:
+        return (nan, nan, nan), q, (nan, nan, nan), l_body
+    return (nan, nan, nan), (nan, nan, nan, nan), (nan, nan, nan), (nan, nan, nan)
 
 
 @borrowing
@@ -111,11 +155,3 @@ def next_part(done: float, part: float, found: bool) -> tuple[float, float]:
     while part < 1.0 and done % (2.0 * part) == 0.0:
         part *= 2.0
     return done, part
-
-
-@borrowing
-def _put_normalised(state: Array, inverse_moments: Vector | None) -> None:
-    """Give q its length again, of a body that turns."""
-    if inverse_moments is None:
-        return
-    state[3], state[4], state[5], state[6] = normalise((state[3], state[4], state[5], state[6]))

@@ -15,9 +15,9 @@ def _gauss(count: int) -> NDArray[np.float64]:
     return (1.0 + np.polynomial.legendre.leggauss(count)[0]) / 2.0
 
 
-# Seven instants: their means are right up to the thirteenth degree, of which a linear spring's power has five, and with
-# six degrees they still see where power is no smooth curve.
-GAUSS = scheme(stages=_gauss(3), instants=_gauss(7))
+# Eight instants: their means are right up to the fifteenth degree, of which a linear spring's power has five, and with
+# two degrees more they still see where power is no smooth curve.
+GAUSS = scheme(stages=_gauss(3), instants=_gauss(8))
 
 
 def gauss6(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector, gyroscopic: Vector | None) -> None:

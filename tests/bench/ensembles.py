@@ -9,6 +9,7 @@ wall's.  MuJoCo does many throws in two ways of its own, and vectorised numpy is
 # MuJoCo's wheel has no type stubs.
 # pyright: reportAttributeAccessIssue=false
 
+import math
 import tracemalloc
 from collections.abc import Callable
 from dataclasses import replace
@@ -25,6 +26,7 @@ from tumble.compare.engines import mujoco as engine
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.scene import Scene
 from tumble.solver.body import Body
+from tumble.solver.ensemble.blocks import LANES, share_out
 from tumble.solver.ensemble.exact import exact
 from tumble.solver.ensemble.rkmk4 import FLOPS, WIDTH, rkmk4
 from tumble.solver.flight import Flight
@@ -33,8 +35,12 @@ CORES = min(2, numba.config.NUMBA_NUM_THREADS)  # pyright: ignore[reportPrivateI
 PASSES, ROUNDS = 3, 10
 DT = 1e-3
 THROWS = 1_000
-PEAK_STEPS = 300_000
+# Of the loop that does nothing but multiply and add: as long as a million steps of bodies, 1 ms.
+PEAK_STEPS = 600_000
+# So many times longer than it takes to wake a thread, which is a few hundredths of 1 ms.
+LONG = 20
 MANY = 1_000_000
+PEAK = "multiply and add"
 
 
 class Load(NamedTuple):
@@ -62,6 +68,21 @@ def ours(method: Callable, body: Body, throws: int, steps: int, width: int, core
     # An ensemble flown in one step counts throws, one that is stepped counts steps.
     units = throws * repeats * (1 if method is exact else steps)
     return Load(call, thread_clock if cores == 1 else wall_clock, units)
+
+
+def peak(cores: int, repeats: int = 1) -> Load:
+    """Return the same loop on every core, by the threads that lanes are shared out to."""
+    numbers = np.ones((cores, CHAINS))
+
+    def part(first: int, last: int) -> None:
+        multiply_add(numbers[first // LANES], PEAK_STEPS * repeats)
+
+    def call() -> None:
+        numba.config.NUMBA_NUM_THREADS = cores  # pyright: ignore[reportPrivateImportUsage]
+        share_out(part, cores * LANES, math.inf)
+
+    call()
+    return Load(call, wall_clock, cores * repeats * flops(PEAK_STEPS))
 
 
 def rollout(scene: Scene, steps: int, cores: int) -> Load:
@@ -146,9 +167,11 @@ def main() -> None:
     body = Body(scene.body.mass, (a, b, c))
     x = np.ones(CHAINS)
     multiply_add(x, 1)
-    peak = "peak"
-    loads = {peak: Load(partial(multiply_add, x, PEAK_STEPS), thread_clock, flops(PEAK_STEPS))}
+    loads = {PEAK: Load(partial(multiply_add, x, PEAK_STEPS), thread_clock, flops(PEAK_STEPS))}
+    long = f"rkmk4-lanes x{THROWS}, {LONG} ms"
     for cores in sorted({1, CORES}):
+        loads[f"{PEAK}, 1 ms /{cores}"], loads[f"{PEAK}, {LONG} ms /{cores}"] = peak(cores), peak(cores, LONG)
+        loads[f"{long} /{cores}"] = ours(rkmk4, body, THROWS, LONG * 1_000_000 // THROWS, WIDTH, cores)
         for throws in (100, 1_000, 10_000, 100_000):
             loads[f"rkmk4-lanes x{throws} /{cores}"] = ours(rkmk4, body, throws, 1_000_000 // throws, WIDTH, cores)
         for throws in (1_000, 10_000, MANY):
@@ -162,17 +185,21 @@ def main() -> None:
     passes = [lower_deciles(tasks, ROUNDS) for _ in range(PASSES)]
     ns = {name: np.array([found[name] for found in passes]) / load.units * 1e9 for name, load in loads.items()}
 
-    peak_flops = 1 / ns.pop(peak)  # GF/s, in each pass
+    peak_flops = 1 / ns[PEAK]  # GF/s, in each pass
     rows = [figure("peak of one core", "", "GF/s", None, peak_flops)]
-    rows += [figure(name, "", "ns", None, times) for name, times in ns.items()]
+    rows += [figure(name, "", "ns", None, times) for name, times in ns.items() if not name.startswith(PEAK)]
     one, two = f"rkmk4-lanes x{THROWS} /1", f"rkmk4-lanes x{THROWS} /{CORES}"
 
-    def times_faster(what: str, peer: str, asked: float) -> FigureRow:
+    def times_faster(what: str, peer: str, asked: float | None) -> FigureRow:
         return figure(what, peer, "x", asked, ns[peer] / ns[what])
 
     rows += [
         figure(one, "peak of one core", "%", 85, 100 * FLOPS / ns[one] / peak_flops),
         times_faster(two, one, 1.95),
+        *(
+            times_faster(f"{what} /{CORES}", f"{what} /1", None)
+            for what in (long, f"{PEAK}, 1 ms", f"{PEAK}, {LONG} ms")
+        ),
         times_faster(two, f"mujoco.rollout /{CORES}", 900),
         times_faster(one, "mujoco, bodies of one model", 100),
         times_faster(one, "numpy, vectorised RK4", 30),

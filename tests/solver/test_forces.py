@@ -22,10 +22,12 @@ from tumble.scenarios.frames import rotation_matrix, vertices
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.scene import Drag, Floor, Tether
 from tumble.solver.body import Body
+from tumble.solver.dual import dual, parts
+from tumble.solver.eight import eight, lane, loaded, with_lane
 from tumble.solver.flight import Flight
 from tumble.solver.forces import LAWS, Forces, wrench
 from tumble.solver.integrators.rk4 import rk4_forced
-from tumble.solver.motion import slope
+from tumble.solver.motion import load, slope
 from tumble.solver.registry import METHODS
 from tumble.solver.stiffness import fastest
 
@@ -168,30 +170,79 @@ class TestLaws:
 
 @njit
 def slope_of_row(row, inverse_moments, gyroscopic, forces):
-    state = (
-        (row[0], row[1], row[2]),
-        (row[3], row[4], row[5], row[6]),
-        (row[7], row[8], row[9]),
-        (row[10], row[11], row[12]),
-    )
-    x, q, v, l_body = slope(state, inverse_moments, gyroscopic, forces)
+    x, q, v, l_body = slope(load(row, inverse_moments), inverse_moments, gyroscopic, forces)
     return (x[0], x[1], x[2], q[0], q[1], q[2], q[3], v[0], v[1], v[2], l_body[0], l_body[1], l_body[2])
 
 
-def test_the_complex_step_is_the_derivative():
+@njit
+def slope_of_eight(rows, inverse_moments, gyroscopic, forces):
+    """The slopes of eight states, (13, 8)."""
+    state = (
+        (loaded(rows, 0), loaded(rows, 1), loaded(rows, 2)),
+        (loaded(rows, 3), loaded(rows, 4), loaded(rows, 5), loaded(rows, 6)),
+        (loaded(rows, 7), loaded(rows, 8), loaded(rows, 9)),
+        (loaded(rows, 10), loaded(rows, 11), loaded(rows, 12)),
+    )
+    x, q, v, l_body = slope(state, inverse_moments, gyroscopic, forces)
+    found = np.empty((13, 8))
+    for number in range(8):
+        for a in range(3):
+            found[a, number], found[7 + a, number] = lane(x[a], number), lane(v[a], number)
+            found[10 + a, number] = lane(l_body[a], number)
+        for a in range(4):
+            found[3 + a, number] = lane(q[a], number)
+    return found
+
+
+@pytest.mark.parametrize("forces", SEPARATELY.values(), ids=SEPARATELY)
+def test_eight_states_at_once_are_each_alone_to_the_last_bit(forces):
+    bodily, rows = (BODY.inverse_moments, BODY.gyroscopic, forces), throws(8)
+    # One corner of the last is where its tether is tied, one body far above the floor.
+    rows[7, 0:3] = TETHERS[1, 3:6] - rotation_matrix(rows[7, 3:7]) @ TETHERS[1, 0:3]
+    rows[6, 0:3] += 5.0 * np.array(NORMAL)
+    together = slope_of_eight(np.ascontiguousarray(rows.T), *bodily)
+    np.testing.assert_array_equal(together.T, [slope_of_row(row, *bodily) for row in rows])
+
+
+@njit
+def changes_of_row(row, number, inverse_moments, gyroscopic, forces):
+    """How the slope changes with one number of a state, as a place and as a speed."""
+    x, q, v, l_body = load(row, inverse_moments)
+    state = (
+        (moving(x[0], number == 0), moving(x[1], number == 1), moving(x[2], number == 2)),
+        (moving(q[0], number == 3), moving(q[1], number == 4), moving(q[2], number == 5), moving(q[3], number == 6)),
+        (moving(v[0], number == 7), moving(v[1], number == 8), moving(v[2], number == 9)),
+        (moving(l_body[0], number == 10), moving(l_body[1], number == 11), moving(l_body[2], number == 12)),
+    )
+    _, _, v, l_body = slope(state, inverse_moments, gyroscopic, forces)
+    found = np.empty((6, 2))
+    for a in range(3):
+        _, place, speed = parts(v[a])
+        found[a] = lane(place, 2), lane(speed, 5)
+        _, place, speed = parts(l_body[a])
+        found[3 + a] = lane(place, 2), lane(speed, 5)
+    return found
+
+
+@njit
+def moving(value, does):
+    """A number that moves along the third place and against the sixth speed."""
+    one = 1.0 if does else 0.0
+    return dual(value, with_lane(eight(0.0), 2, one), with_lane(eight(0.0), 5, -one))
+
+
+def test_derivatives_by_dual_numbers():
     bodily = (BODY.inverse_moments, BODY.gyroscopic, ALL)
-    steps = []
+    off = []
     for row in throws(4):
         for column in range(13):
-            h = 1e-30
-            stepped = row.astype(complex)
-            stepped[column] += 1j * h
-            exact = np.array(slope_of_row(stepped, *bodily)).imag / h
+            exact = changes_of_row(row, column, *bodily)
             d = 2.0**-17
             ends = [np.array(slope_of_row(row + sign * d * np.eye(13)[column], *bodily)) for sign in (1, -1)]
-            steps.append(np.abs(exact - (ends[0] - ends[1]) / (2 * d)).max())
+            change = ((ends[0] - ends[1]) / (2 * d))[7:]
+            off.append(np.abs(exact - np.outer(change, (1.0, -1.0))).max())
     # Off by d^2/6 times third derivatives of up to 1e3 here, and by the rounding of numbers of 100 over d.
-    assert max(steps) < 1e-7
+    assert max(off) < 1e-7
 
 
 class TestExactFlights:
