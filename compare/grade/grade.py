@@ -35,7 +35,7 @@ from tumble.compare.grade.measure.significance import (
 )
 from tumble.compare.grade.measure.single_precision import single_floor, stepwise
 from tumble.compare.grade.measure.spin import spin_mistake
-from tumble.compare.grade.model.program_model import correct_program
+from tumble.compare.grade.model.program_model import correct_program, output_points
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.columns import BadTrajectory, Description
 from tumble.compare.grade.read.conventions import Conventions
@@ -259,7 +259,7 @@ def grade(
     diagnosis = None
     observed: tuple[str, ...] = ()
     if measured.excess_m > 0 and len(sample) > 1:
-        points = scene.body.points[list(measured.description.vertices)]
+        points = output_points(scene.body)[list(measured.description.vertices)]
         has_centre = measured.description.has_centre
         offset = constant_offset(sample, points, scale.floors_m) if has_centre else None
         observed = tuple(observations(measured, scene, scale.floors_m, points, offset))
@@ -296,7 +296,7 @@ def compared(measured: Measured, context: Context) -> tuple[SampledRows, Residua
     in_double = scale_of(sample, scene, measured.resolution_m)
     if not measured.may_be_single:
         return sample, in_double, False
-    points = scene.body.points[list(measured.description.vertices)]
+    points = output_points(scene.body)[list(measured.description.vertices)]
     single_m = single_floor(stepwise(context.program, measured.spacing_s), sample.times, points)
     scale = scale_of(sample, scene, measured.resolution_m, single_m)
     if not scale.is_within_floor(root_mean_square(scale.weighted(sample.vertices - sample.true))):
@@ -364,6 +364,6 @@ def diagnose(
     single: its numbers are of single precision; on_progress: called with the share of the search that is done;
     search_s: processor time after which the search stops [s].
     """
-    points = context.scene.body.points[list(description.vertices)]
+    points = output_points(context.scene.body)[list(description.vertices)]
     evaluator = Evaluator(context, hypotheses(context), sample, points, scale, single, on_progress)
     return diagnosed(evaluator, engines, on_nearest, search_s)

@@ -26,7 +26,6 @@ from tumble.compare.grade.model.kernel.dynamics import (
     LAST,
     LINEARLY,
     MIDPOINT,
-    MOMENTUM,
     QUATERNION,
     RESCALED,
 )
@@ -39,7 +38,7 @@ GYROSCOPIC = {
     "rescaled": (RESCALED, "explicit gyroscopic term with the angular momentum rescaled to its old length"),
     "ode": (BACKWARD, "gyroscopic term as in ODE, (I - dt [L]) w' = L"),
     "midpoint": (MIDPOINT, "gyroscopic term by the midpoint rule"),
-    "momentum": (MOMENTUM, "angular momentum stored"),
+    "momentum": (EXPLICIT, "angular momentum stored"),
 }
 ROTATION = {
     "exponential": (EXPONENTIAL, "attitude updated by exact rotations"),

@@ -27,7 +27,7 @@ from tumble.compare.grade.hypotheses.names import (
     SPIN_CAP,
     SYMPLECTIC_EULER,
 )
-from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, IN_WORLD_AXES, Scheme
+from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, IN_BODY, IN_WORLD_AXES, MOMENTUM, Scheme
 from tumble.compare.grade.model.program_model import SLERP, Clock, ImpulseApplication, ProgramModel
 
 # Powers of e by which a body slows down at the largest rate that is fitted: the first eighth of the run shows it.
@@ -99,7 +99,16 @@ def _step(
         ", ".join(("symplectic Euler with a step of {} s", *filter(None, more))),
         lambda program, step: replace(
             program,
-            scheme=Scheme(step, attitude, spin, True, position_weight, normalise_every, program.scheme.idle_steps),
+            scheme=Scheme(
+                step,
+                attitude,
+                spin,
+                True,
+                position_weight,
+                normalise_every,
+                program.scheme.idle_steps,
+                stored=MOMENTUM if gyroscopic == "momentum" else IN_BODY,
+            ),
         ),
         named_values=dict(steps),
         unit="s",
@@ -157,7 +166,7 @@ def _spin_cap() -> Hypothesis:
         SPIN_CAP,
         "spin cap",
         "angular velocity limited to {} rad/s",
-        lambda program, cap: replace(program, caps=(program.caps[0], cap)),
+        lambda program, cap: replace(program, caps=(program.caps[0], cap), caps_when_set=True),
         unit="rad/s",
     )
 

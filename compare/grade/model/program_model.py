@@ -19,6 +19,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     EVENT,
     EXPLICIT,
     JUMP,
+    IN_BODY,
     LINEARLY,
     POINT_MOVES,
     SMOOTH,
@@ -29,7 +30,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
 )
 from tumble.compare.grade.model.kernel.stepping import WIDTH, integrate
 from tumble.scenarios.forces import Law, stiffness
-from tumble.scenarios.frames import Array, rotation_matrix
+from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
 from tumble.scenarios.impulse import strike_point
 from tumble.scenarios.scene import Body, Impulse, Scene
 from tumble.solver.forces import Forces
@@ -48,8 +49,9 @@ ZERO: Vector = (0.0, 0.0, 0.0)
 WHOLE = 1e-6
 
 
-# Rows between two ticks: of the last tick; interpolated, the attitude along an arc; or q linearly and normalised.
-ZERO_ORDER_HOLD, SLERP, LINEAR = 0, 1, 2
+# Rows between two ticks: of the last tick; interpolated, the attitude along an arc; or q linearly and normalised; moved
+# on from the last tick at its velocities.
+ZERO_ORDER_HOLD, SLERP, LINEAR, EXTRAPOLATED = 0, 1, 2, 3
 
 
 class Clock(NamedTuple):
@@ -89,7 +91,8 @@ class ImpulseApplication(NamedTuple):
 
     lasts: duration [s] of a constant force J/lasts, 0 for an instantaneous jump; ends: the force ends; turns: its
     torque lasts as well, otherwise it acts at once; lever, lever_motion, lever_axes: as in `kernel.dynamics.Dynamics`;
-    strength: factor on J; in_body_axes: J is in body axes; moves: J changes the velocity of the centre.
+    strength: factor on J; in_body_axes: J is in body axes; moves: factor on J where it changes the velocity of the
+    centre.
     """
 
     lasts: float = 0.0
@@ -100,7 +103,7 @@ class ImpulseApplication(NamedTuple):
     strength: float = 1.0
     lever_axes: int = AS_THE_BODY
     in_body_axes: bool = False
-    moves: bool = True
+    moves: float = 1.0
 
 
 class Pose(NamedTuple):
@@ -115,7 +118,8 @@ class Pose(NamedTuple):
     q: Array
 
 
-AT_ONCE, RIGHT_CLOCK, CONTINUOUS = ImpulseApplication(), Clock(), Scheme(0.0, SMOOTH, EXPLICIT, False, 0.0)
+AT_ONCE, RIGHT_CLOCK = ImpulseApplication(), Clock()
+CONTINUOUS = Scheme(0.0, SMOOTH, EXPLICIT, False, 0.0, stored=IN_BODY)
 OutputTransform = Callable[[Pose], Pose]
 
 
@@ -125,7 +129,8 @@ class ProgramModel:
 
     mass [kg]; moments [kg m2], (3,); start: state, (13,); gravity [m/s2], (3,), from gravity_from [s] on; forces: the
     scene's other forces; stiffness: of them [N/m]; damping to caps: as in `kernel.dynamics.Dynamics`; application: of
-    impulses; output_transforms: applied to a pose in this order; rounding: of printed times [s].
+    impulses; tick: from one instant to the next at which a program in steps looks for events [s], 0 for its step;
+    output_transforms: applied to a pose in this order; rounding: of printed times [s].
     """
 
     body: Body
@@ -147,34 +152,52 @@ class ProgramModel:
     impulse_tensor: int = TURNED
     attitude_rate_factor: float = 1.0
     caps: tuple[float, float] = (np.inf, np.inf)
+    caps_when_set: bool = False
     application: ImpulseApplication = AT_ONCE
     scheme: Scheme = CONTINUOUS
+    tick: float = 0.0
     clock: Clock = RIGHT_CLOCK
     output_transforms: tuple[OutputTransform, ...] = ()
     rounding: float = 0.0
 
+    @property
+    def event_tick(self) -> float:
+        """The spacing of the instants at which events can happen [s]; 0 for a continuous run, in which any can."""
+        return 0.0 if self.scheme.attitude == SMOOTH else self.tick or self.scheme.step
+
     def output(self, times: Array, fineness: float = SEARCHING) -> Pose:
-        """Return the output of the program at increasing times [s], (T,)."""
-        reached = self.clock.physics_times(times, self.rounding)
-        if self.clock.interpolation != ZERO_ORDER_HOLD:
-            pose = self._interpolated(times, reached, fineness)
+        """Return the output of the program at increasing times [s], (T,); axes and q: from the body's file axes."""
+        clock = self.clock
+        if np.isfinite(clock.stop) and self.event_tick:
+            clock = clock._replace(stop=float(next_tick(clock.stop, self.event_tick)))
+        reached = clock.physics_times(times, self.rounding)
+        if clock.interpolation != ZERO_ORDER_HOLD:
+            pose = self._between_ticks(times, reached, fineness)
         else:
             pose = pose_of(times, self.simulate(reached, fineness))
-        with np.errstate(all="ignore"):  # a run that diverged leaves a large residual
-            for writing in self.output_transforms:
-                pose = writing(pose)
+        if self.body.file_axes[0] != 1.0:
+            pose = _in_file_axes(pose, self.body.file_axes)
+        if self.output_transforms:
+            with np.errstate(all="ignore"):  # a run that diverged leaves a large residual
+                for writing in self.output_transforms:
+                    pose = writing(pose)
         return pose
 
-    def _interpolated(self, times: Array, reached: Array, fineness: float) -> Pose:
-        """Return the output interpolated between the last tick of the physics and the next."""
-        instants, places = np.unique(np.concatenate((reached, reached + self.clock.tick)).round(9), return_inverse=True)
-        rows = self.simulate(instants, fineness)
+    def _between_ticks(self, times: Array, reached: Array, fineness: float) -> Pose:
+        """Return the output between the last tick of the physics and the next."""
+        clock = self.clock
+        fraction = clock.fraction(times, self.rounding)[:, None]
+        if clock.interpolation == EXTRAPOLATED:
+            return _moved_on(times, self.simulate(reached, fineness), clock.tick * fraction)
+        ticks = np.rint(reached / clock.tick).astype(int)
+        instants, places = np.unique(np.concatenate((ticks, ticks + 1)), return_inverse=True)
+        rows = self.simulate(clock.tick * instants, fineness)
         before, after = (pose_of(times, rows[part]) for part in np.split(places, 2))
-        fraction = self.clock.fraction(times, self.rounding)[:, None]
-        same = np.sign((before.q * after.q).sum(axis=1))[:, None]
+        cosine = (before.q * after.q).sum(axis=1)[:, None]
+        same = np.sign(cosine)
         one, other = 1 - fraction, fraction
-        if self.clock.interpolation == SLERP:
-            angle = np.arccos(np.clip((same * before.q * after.q).sum(axis=1), -1.0, 1.0))[:, None]
+        if clock.interpolation == SLERP:
+            angle = np.arccos(np.clip(same * cosine, -1.0, 1.0))
             with np.errstate(invalid="ignore", divide="ignore"):
                 one, other = (np.where(angle > 0, np.sin(part * angle) / np.sin(angle), part) for part in (one, other))
         q = one * before.q + other * same * after.q
@@ -199,8 +222,10 @@ class ProgramModel:
             tensor=self.tensor,
             impulse_tensor=self.impulse_tensor,
             first=tuple((self.start[3:7] / np.linalg.norm(self.start[3:7])).tolist()),
+            file_axes=tuple(self.body.file_axes.tolist()),
             attitude_rate_factor=self.attitude_rate_factor,
             caps=self.caps,
+            caps_when_set=self.caps_when_set,
             lever=self.application.lever,
             lever_motion=self.application.lever_motion,
             lever_axes=self.application.lever_axes,
@@ -212,7 +237,7 @@ class ProgramModel:
             times,
             rows,
             dynamics,
-            _events(self.impulses, self.application, delayed_gravity),
+            _events(self.impulses, self.application, delayed_gravity, self.event_tick),
             self._spring_rate() * np.sqrt(fineness * SEARCHING) / SPRING_STEP,
             scheme,
             self.rounding,
@@ -225,9 +250,33 @@ class ProgramModel:
         return float(np.sqrt(self.stiffness * (1 / self.mass + reach / self.moments.min())))
 
 
+def output_points(body: Body) -> Array:
+    """Return the vertices in the axes that the output of a program has [m], (n, 3): the body's axes in the file."""
+    return body.points @ rotation_matrix(body.file_axes)
+
+
 def pose_of(times: Array, rows: Array) -> Pose:
     """Return the pose in rows of `simulate`."""
     return Pose(times, rows[:, 0:3], rows[:, 3:12].reshape(-1, 3, 3), rows[:, 18:22])
+
+
+def _in_file_axes(pose: Pose, file_axes: Array) -> Pose:
+    """Return a pose of the principal axes as one of the axes that the scene file has."""
+    axes, q = pose.axes @ rotation_matrix(file_axes), quaternion_product(pose.q, file_axes)
+    return pose._replace(axes=axes, q=q)
+
+
+def _moved_on(times: Array, rows: Array, late: Array) -> Pose:
+    """Return the pose in rows of `simulate` after times [s], (T, 1), at constant velocities."""
+    turn = 0.5 * late * rows[:, 15:18]
+    half = np.linalg.norm(turn, axis=1)[:, None]
+    q = quaternion_product(np.hstack((np.cos(half), np.sinc(half / np.pi) * turn)), rows[:, 18:22])
+    return Pose(times, rows[:, 0:3] + late * rows[:, 12:15], rotation_matrix(q), q)
+
+
+def next_tick(time: float | Array, tick: float) -> float | Array:
+    """Return the first tick that is not before a time [s]."""
+    return tick * np.ceil(time / tick - WHOLE)
 
 
 def correct_program(scene: Scene, throw: int, rounding: float = 0.0) -> ProgramModel:
@@ -265,8 +314,12 @@ def _events(
     impulses: tuple[Impulse, ...],
     application: ImpulseApplication,
     delayed_gravity: tuple[float, float, float, float] | None = None,
+    tick: float = 0.0,
 ) -> Array:
-    """Return the events of `kernel.stepping`, (E, 16); delayed_gravity: time [s] and force [N]."""
+    """Return the events of `kernel.stepping`, (E, 16).
+
+    delayed_gravity: time [s] and force [N]; tick: events happen at the first tick after their time [s], 0 for at once.
+    """
     rows: list[tuple[float, ...]] = (
         [(delayed_gravity[0], BEGIN, *delayed_gravity[1:], *ZERO, *ZERO, False)] if delayed_gravity else []
     )
@@ -275,21 +328,22 @@ def _events(
         in_body_axes = impulse.point_body is not None
         place = (*(impulse.point_body if in_body_axes else impulse.point_world), in_body_axes)  # type: ignore[misc]
         if not application.lasts:
-            rows.append((impulse.time, JUMP, *(value if application.moves else ZERO), *value, *place))
+            rows.append((impulse.time, JUMP, *(application.moves * value), *value, *place))
             continue
-        force, attitude_rate_factor = (
-            value / application.lasts,
-            value / application.lasts if application.turns else np.zeros(3),
-        )
+        force = value / application.lasts
+        torque = force if application.turns else np.zeros(3)
         if not application.turns:
             rows.append((impulse.time, JUMP, 0.0, 0.0, 0.0, *value, *place))
-        rows.append((impulse.time, BEGIN, *force, *attitude_rate_factor, *place))
+        rows.append((impulse.time, BEGIN, *(application.moves * force), *torque, *place))
         if application.ends:
-            rows.append((impulse.time + application.lasts, END, *force, *attitude_rate_factor, *place))
+            end = impulse.time + application.lasts
+            rows.append((end, END, *(application.moves * force), *torque, *place))
     events = np.zeros((len(rows), EVENT))
     order = sorted(range(len(rows)), key=lambda number: rows[number][0])
     for place, number in enumerate(order):
         events[place, :12] = rows[number]
         if rows[number][1] == END:
             events[place, 15] = order.index(number - 1)  # the end of a force is listed after its start
+    if tick:
+        events[:, 0] = next_tick(events[:, 0], tick)
     return events

@@ -133,7 +133,7 @@ def _levers(context: Context) -> Iterator[Hypothesis]:
         "impulse-linear-part-missing",
         "strength",
         "impulse rotates the body but does not change the velocity of its centre of mass",
-        lambda program, _: _applied(program, moves=False),
+        lambda program, _: _applied(program, moves=0.0),
         rare=True,
     )
     yield Hypothesis(
@@ -197,7 +197,7 @@ def _strengths(context: Context) -> Iterator[Hypothesis]:
             "mass-missing",
             "strength",
             "impulse not divided by the mass: v += J",
-            lambda program, _: replace(program, mass=1.0),
+            lambda program, _: _applied(program, moves=program.mass),
         )
     sizes = {1e-3: GRAMS[1e3], 1e3: GRAMS[1e-3], 1 / mass: "1/m", mass: "m"}
     steps = {step: f"a step of {name}" for step, name in STEPS.items()}
@@ -228,7 +228,7 @@ def _strengths(context: Context) -> Iterator[Hypothesis]:
         "wrong-mass",
         "mass",
         "impulse divided by {} times the mass in the scene, with the right inertia",
-        lambda program, factor: replace(program, mass=factor * program.mass),
+        lambda program, factor: _applied(program, moves=1.0 / factor),
         grid(1e-3, 1e3, 37),
         named_values=GRAMS,
         rare=True,
@@ -278,11 +278,11 @@ def _one_lever(context: Context, number: int, impulse: Impulse, which: str) -> I
     row = program.simulate(np.array([impulse.time]), FINE)[0]  # an impulse does not change the pose
     x, axes = row[0:3], row[3:12].reshape(3, 3)
     at = axes.T @ (impulse.point_world - x) if impulse.point_body is None else impulse.point_body
-    first = rotation_matrix(program.start[3:7])
+    first, file_axes = rotation_matrix(program.start[3:7]), rotation_matrix(program.body.file_axes)
     for name, point in {
         "at-centre-of-mass": np.zeros(3),
         "lever-reversed": -at,
-        "lever-not-rotated": axes.T @ at,
+        "lever-not-rotated": axes.T @ file_axes.T @ at,
         "lever-from-start-attitude": axes.T @ first @ at,
         "lever-from-origin": at + axes.T @ x,
     }.items():
@@ -294,7 +294,7 @@ def _one_lever(context: Context, number: int, impulse: Impulse, which: str) -> I
                 lambda program, _, point=point: _changed(program, number, point=point),
                 rare=True,
             )
-    value = axes @ impulse.value
+    value = axes @ file_axes @ impulse.value
     if not np.allclose(value, impulse.value):
         name, text = IN_BODY_AXES
         yield Hypothesis(
@@ -320,7 +320,7 @@ def _one_lever(context: Context, number: int, impulse: Impulse, which: str) -> I
 
 def _differs_in_body_axes(impulse: Impulse, program: ProgramModel) -> bool:
     """Whether an impulse in body axes would be a different one."""
-    axes = program.simulate(np.array([impulse.time]))[0, 3:12].reshape(3, 3)
+    axes = program.simulate(np.array([impulse.time]))[0, 3:12].reshape(3, 3) @ rotation_matrix(program.body.file_axes)
     return not np.allclose(axes @ impulse.value, impulse.value)
 
 

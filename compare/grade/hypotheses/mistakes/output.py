@@ -6,8 +6,14 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice, grid
 from tumble.compare.grade.hypotheses.mistakes.axes import axis_names, signed_permutations
-from tumble.compare.grade.model.program_model import OutputTransform, Pose, with_output_transform
-from tumble.scenarios.frames import Array, rotation_matrix
+from tumble.compare.grade.model.program_model import (
+    OutputTransform,
+    Pose,
+    ProgramModel,
+    output_points,
+    with_output_transform,
+)
+from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
 
 EARTH_RAD_S = 7.292115e-5
 UNITS = {
@@ -44,7 +50,7 @@ def output(context: Context) -> Iterator[Hypothesis]:
         "rotation-about-origin",
         "pivot",
         "vertex not relative to the centre of mass: the body rotates about the world's origin",
-        lambda program, _: with_output_transform(program, _about_origin(program.start)),
+        lambda program, _: with_output_transform(program, _about_origin(program)),
     )
     yield from _logged_points(context)
     yield from _length_units(context)
@@ -88,7 +94,7 @@ def _quaternion_orders() -> Iterator[Hypothesis]:
 
 def _logged_points(context: Context) -> Iterator[Hypothesis]:
     """Yield that another point of the body was logged instead of the centre of mass."""
-    points = context.scene.body.points
+    points = output_points(context.scene.body)
     if context.offset is not None:
         offset = context.offset
         yield Hypothesis(
@@ -178,7 +184,7 @@ def _partly_in_axes(names: Array, centre: bool) -> OutputTransform:
 def _wrong_body_axes(context: Context) -> Iterator[Hypothesis]:
     """Yield that the body has other axes: the vertices of its mirror image, or permuted edges."""
     determinants = (-1, 1) if context.kind == "vertices" else (1,)
-    points = context.scene.body.points
+    points = output_points(context.scene.body)
     matrices = [names for determinant in determinants for names in signed_permutations(determinant)]
     # A box is its own mirror image except for the numbers of its vertices.
     matrices = [names for names in matrices if not np.allclose(points @ names.T, points)]
@@ -254,9 +260,10 @@ def _inverted(pose: Pose) -> Pose:
     return pose._replace(axes=np.swapaxes(pose.axes, 1, 2))
 
 
-def _about_origin(start: Array) -> OutputTransform:
+def _about_origin(program: ProgramModel) -> OutputTransform:
     """Return a pose that rotates about the origin: x(t) = R(t) R(0)^T x(0) + displacement."""
-    at_first = rotation_matrix(start[3:7]).T @ start[0:3]
+    start = program.start
+    at_first = rotation_matrix(quaternion_product(start[3:7], program.body.file_axes)).T @ start[0:3]
     return lambda pose: pose._replace(x=pose.axes @ at_first + pose.x - start[0:3])
 
 

@@ -10,14 +10,16 @@ from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choi
 from tumble.compare.grade.hypotheses.names import GYROSCOPIC_TERM_MISSING
 from tumble.compare.grade.model.kernel.dynamics import (
     FROZEN,
+    IN_BODY,
+    IN_WORLD,
     MIXED_BODY,
-    MIXED_MOMENTUM,
     MIXED_WORLD,
+    MOMENTUM,
     NEVER_TURNED,
     TURNED_BACK,
 )
 from tumble.compare.grade.model.program_model import ProgramModel
-from tumble.scenarios.frames import rotation_matrix
+from tumble.scenarios.frames import quaternion_product, rotation_matrix
 
 DEGREE = np.pi / 180
 # An inertia larger or smaller than this factor is rare.
@@ -70,8 +72,8 @@ def _attitude_rate() -> Iterator[Hypothesis]:
             name,
             "turning",
             text + stored,
-            lambda program, _, factor=factor, gyroscopic=factor if keeps_momentum else 1.0: replace(
-                program, attitude_rate_factor=factor, gyroscopic=gyroscopic * program.gyroscopic
+            lambda program, _, factor=factor, stored=MOMENTUM if keeps_momentum else IN_BODY: replace(
+                program, attitude_rate_factor=factor, scheme=program.scheme._replace(stored=stored)
             ),
             rare=True,
             variant=keeps_momentum,
@@ -82,15 +84,17 @@ def _frames(context: Context) -> Iterator[Hypothesis]:
     """Yield that the attitude is rotated by w in the wrong frame; results differ if the program stores w or L."""
     world = "attitude rotated with Q w~, but w is in world axes: use w~ Q"
     body = "attitude rotated with w~ Q, but w is in body axes: use Q w~"
-    variants = [(world, MIXED_MOMENTUM), (body, MIXED_BODY)]
+    variants = [(world, MIXED_WORLD, MOMENTUM), (body, MIXED_BODY, IN_BODY)]
     if np.ptp(context.program.moments) > 0:
-        variants.append((f"{world} (w by Euler's equations)", MIXED_WORLD))
-    for text, frame_mixup in variants:
+        variants.append((f"{world} (w by Euler's equations)", MIXED_WORLD, IN_WORLD))
+    for text, frame_mixup, stored in variants:
         yield Hypothesis(
             "angular-velocity-in-wrong-frame",
             "frame",
             text,
-            lambda program, _, frame_mixup=frame_mixup: replace(program, frame_mixup=frame_mixup),
+            lambda program, _, frame_mixup=frame_mixup, stored=stored: replace(
+                program, frame_mixup=frame_mixup, scheme=program.scheme._replace(stored=stored)
+            ),
         )
 
 
@@ -182,7 +186,7 @@ def _start_spin(program: ProgramModel) -> Iterator[Hypothesis]:
 
 def _in_body(program: ProgramModel, _: float) -> ProgramModel:
     start = program.start.copy()
-    start[10:13] = rotation_matrix(start[3:7]) @ start[10:13]
+    start[10:13] = rotation_matrix(quaternion_product(start[3:7], program.body.file_axes)) @ start[10:13]
     return replace(program, start=start)
 
 

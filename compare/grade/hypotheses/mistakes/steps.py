@@ -13,6 +13,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     EXPONENTIAL,
     HEUN,
     IMPLICIT,
+    IN_BODY,
     IN_BODY_AXES,
     IN_WORLD,
     MATRIX,
@@ -24,7 +25,6 @@ from tumble.compare.grade.model.kernel.dynamics import (
     RUNGE_KUTTA,
     SMOOTH,
     VERLET,
-    WORLD,
     Scheme,
 )
 from tumble.compare.grade.model.program_model import ProgramModel
@@ -60,34 +60,54 @@ def steps(context: Context) -> Iterator[Hypothesis]:
     explicit, symplectic = "explicit Euler with a step of {} s", "symplectic Euler with a step of {} s"
     equal = np.ptp(context.program.moments) == 0
     for attitude, update in ((QUATERNION, ""), (EXPONENTIAL, EXACT)):
-        for spin, stored in ((WORLD, ""), (EXPLICIT, BODY), (MOMENTUM, CONSERVED))[: 1 if equal else 3]:
+        for stored, text in ((IN_WORLD, ""), (IN_BODY, BODY), (MOMENTUM, CONSERVED))[: 1 if equal else 3]:
             yield _euler(
-                context, "explicit-euler", explicit + stored + update, attitude, spin, variant=bool(stored or update)
+                context,
+                "explicit-euler",
+                explicit + text + update,
+                attitude,
+                EXPLICIT,
+                stored,
+                variant=bool(text or update),
             )
     for attitude, update in ((EXPONENTIAL, ""), (QUATERNION, FIRST_ORDER)):
-        for spin, stored in ((EXPLICIT, ""), (MOMENTUM, CONSERVED), (IMPLICIT, IMPLICITLY))[: 1 if equal else 3]:
+        kinds = ((EXPLICIT, IN_BODY, ""), (EXPLICIT, MOMENTUM, CONSERVED), (IMPLICIT, IN_BODY, IMPLICITLY))
+        for spin, stored, text in kinds[: 1 if equal else 3]:
             yield _euler(
                 context,
                 SYMPLECTIC_EULER,
-                symplectic + stored + update,
+                symplectic + text + update,
                 attitude,
                 spin,
+                stored,
                 symplectic=True,
-                variant=bool(stored or update),
+                variant=bool(text or update),
             )
-    for spin, stored in ((WORLD, ""), (EXPLICIT, BODY), (MOMENTUM, CONSERVED))[: 1 if equal else 3]:
-        never = f"{explicit}{stored}, quaternion never normalised"
+    for stored, text in ((IN_WORLD, ""), (IN_BODY, BODY), (MOMENTUM, CONSERVED))[: 1 if equal else 3]:
+        never = f"{explicit}{text}, quaternion never normalised"
         yield _euler(
-            context, "quaternion-never-normalised", never, QUATERNION, spin, normalise_every=0, variant=bool(stored)
+            context,
+            "quaternion-never-normalised",
+            never,
+            QUATERNION,
+            EXPLICIT,
+            stored,
+            normalise_every=0,
+            variant=bool(text),
         )
     if context.kind != "pose":
         shears = "explicit Euler on the rotation matrix with a step of {} s: the shape is not rigid"
-        yield _euler(context, "matrix-euler", shears, MATRIX, MOMENTUM)
-    kinds = [(name, title, method, "") for name, (title, method) in METHODS.items()]
-    kinds += [(name, title, kind + IN_WORLD, WORLD_AXES) for name, (title, kind) in METHODS.items() if kind != VERLET]
-    for name, title, method, axes in kinds:
+        yield _euler(context, "matrix-euler", shears, MATRIX, EXPLICIT, MOMENTUM)
+    kinds = [(name, title, method, IN_BODY, "") for name, (title, method) in METHODS.items()]
+    kinds += [
+        (name, title, method, stored, text)
+        for stored, text in ((IN_WORLD, WORLD_AXES), (MOMENTUM, CONSERVED))[: 1 if equal else 2]
+        for name, (title, method) in METHODS.items()
+        if method != VERLET
+    ]
+    for name, title, method, stored, axes in kinds:
         text = f"{title} with a step of {{}} s{axes}"
-        hypothesis = _euler(context, name, text, RUNGE_KUTTA, method, variant=bool(axes))
+        hypothesis = _euler(context, name, text, RUNGE_KUTTA, method, stored, variant=bool(axes))
         # The error is so small that any step would fit, so only usual steps are tried.
         if hypothesis.named_values:
             yield replace(hypothesis, rare=True, values=tuple(sorted(hypothesis.named_values)), only_named=True)
@@ -110,6 +130,7 @@ def _euler(
     text: str,
     attitude: int,
     spin: int,
+    stored: int,
     symplectic: bool = False,
     normalise_every: int = 1,
     variant: bool = False,
@@ -121,7 +142,10 @@ def _euler(
         "steps",
         text,
         lambda program, step: replace(
-            program, scheme=Scheme(step, attitude, spin, symplectic, 1.0 if symplectic else 0.0, normalise_every)
+            program,
+            scheme=Scheme(
+                step, attitude, spin, symplectic, 1.0 if symplectic else 0.0, normalise_every, stored=stored
+            ),
         ),
         grid(min(shortest, longest / 2), longest, TRIED),
         named_values={
