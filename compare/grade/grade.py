@@ -32,8 +32,9 @@ from tumble.compare.grade.measure.significance import (
     ResidualScale,
     independent,
     root_mean_square,
+    typical_floor,
 )
-from tumble.compare.grade.measure.single_precision import single_floor, stepwise
+from tumble.compare.grade.measure.single_precision import fine_step, single_floor, stepwise
 from tumble.compare.grade.measure.spin import spin_mistake
 from tumble.compare.grade.model.program_model import correct_program, output_points
 from tumble.compare.grade.model.reference import Reference
@@ -65,6 +66,8 @@ LARGE_FLOOR, FEWEST = 1e-3, 12
 NEARLY_RIGHT, NEARLY_RIGHT_OF_SEVERAL, MOST_FITTED = 1e-4, 1e-2, 3
 # A fitted step is a part of a row interval if their ratio is as near to a whole number.
 WHOLE = 0.02
+# Row intervals that differ by less than this share are the same but for their rounding; rounding of a time.
+EVEN, ROUNDING = 0.2, 1e-9
 # Printed digits that leave more than this share of the body's size open show it neither right nor wrong.
 COARSE = LARGEST_NOISE
 
@@ -287,40 +290,37 @@ def grade(
 
 
 def compared(measured: Measured, context: Context) -> tuple[SampledRows, ResidualScale, bool]:
-    """Return the rows that are diagnosed, their scale, and whether it has the effect of single precision.
+    """Return the rows that are diagnosed, their scale, and whether the program may be of single precision.
 
-    That effect grows with the steps.  If it could explain all errors, only rows in which it is small can show an error.
-    If the digits do not even show that the file is of single precision, it is not taken for the reason.
+    The effect of that grows with the steps.  If it could explain all errors, only rows in which it is small can show an
+    error.  If the digits do not even show that the file is of single precision, it is not taken for the reason.
     """
     sample, scene = measured.sample, context.scene
-    in_double = scale_of(sample, scene, measured.resolution_m)
+    scale = scale_of(sample, scene, measured.resolution_m)
     if not measured.may_be_single:
-        return sample, in_double, False
+        return sample, scale, False
     points = output_points(scene.body)[list(measured.description.vertices)]
-    single_m = single_floor(stepwise(context.program, measured.spacing_s), sample.times, points)
-    scale = scale_of(sample, scene, measured.resolution_m, single_m)
-    if not scale.is_within_floor(root_mean_square(scale.weighted(sample.vertices - sample.true))):
+    single_m = single_floor(stepwise(context.program, fine_step(context.spacing_s)), sample.times, points)
+    single = scale.with_single(single_m)
+    if not single.is_within_floor(root_mean_square(single.weighted(sample.vertices - sample.true))):
         return sample, scale, True
     if not measured.single:
-        return sample, in_double, False
+        return sample, scale, False
     small = single_m <= LARGE_FLOOR * scale.size_m
     if small.all() or small.sum() < FEWEST:
         return sample, scale, True
-    return sample.some(small), scale_of(sample.some(small), scene, measured.resolution_m, single_m[small]), True
+    return sample.some(small), scale_of(sample.some(small), scene, measured.resolution_m), True
 
 
-def scale_of(sample: SampledRows, scene: Scene, resolution_m: float, single_m: Array | float = 0.0) -> ResidualScale:
+def scale_of(sample: SampledRows, scene: Scene, resolution_m: float) -> ResidualScale:
     """Return the scale that residuals are compared to.
 
-    The floor is the root mean square of the printed digits, the resolution of the truth, the kernel's own error and
-    single precision.
+    The floor is the root mean square of the printed digits, the resolution of the truth, and the kernel's own error.
     """
     size_m = float(np.ptp(scene.body.points, axis=0).max())
-    known_m2 = resolution_m**2 + (KERNEL_ERROR * size_m) ** 2 + np.broadcast_to(np.square(single_m), len(sample))
-    floors_m = np.sqrt((sample.half**2 + known_m2[:, None]) / 3)
-    # Precise rows have more weight, so the floor is that of most of them.
-    floor_m = float(np.sqrt(3.0) * np.median(floors_m))
-    return ResidualScale(independent(len(sample), sample.vertices.shape[1]), floor_m, size_m, floors_m)
+    known_m2 = resolution_m**2 + (KERNEL_ERROR * size_m) ** 2
+    floors_m = np.sqrt((sample.half**2 + known_m2) / 3)
+    return ResidualScale(independent(len(sample), sample.vertices.shape[1]), typical_floor(floors_m), size_m, floors_m)
 
 
 def context_of(scene: Scene, throw: int, measured: Measured) -> Context:
@@ -335,10 +335,22 @@ def context_of(scene: Scene, throw: int, measured: Measured) -> Context:
         rows=measured.rows,
         duration=duration,
         turn_s=min(1 / rate, duration) if rate else duration,
-        spacing_s=measured.spacing_s,
+        spacing_s=row_interval(measured),
         first=first_pose(sample, scene.body.points[list(description.vertices)]),
         has_centre=description.has_centre,
     )
+
+
+def row_interval(measured: Measured) -> float:
+    """Return the interval of most rows [s]: one over a whole number, if the printed times allow that."""
+    spacing, intervals = measured.spacing_s, measured.intervals
+    even = intervals[np.abs(intervals - spacing) < EVEN * spacing]
+    if len(even) == 0:
+        return spacing
+    mean = float(even.mean())
+    rate = round(1 / mean)
+    known = 2 * measured.rounding_s / len(even) if len(even) == len(intervals) else 2 * measured.rounding_s
+    return 1 / rate if rate and abs(mean - 1 / rate) <= known + ROUNDING * mean else mean
 
 
 def first_pose(sample: SampledRows, points: Array) -> Array | None:
@@ -365,5 +377,5 @@ def diagnose(
     search_s: processor time after which the search stops [s].
     """
     points = output_points(context.scene.body)[list(description.vertices)]
-    evaluator = Evaluator(context, hypotheses(context), sample, points, scale, single, on_progress)
+    evaluator = Evaluator(context, hypotheses(context), sample, points, scale, single)
     return diagnosed(evaluator, engines, on_nearest, search_s)

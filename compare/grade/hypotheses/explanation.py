@@ -1,7 +1,7 @@
 """An explanation: mistakes with their values, and the residual that they leave."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 
@@ -10,7 +10,7 @@ class Mistake(NamedTuple):
     """A hypothesis with its value."""
 
     hypothesis: Hypothesis
-    value: float = 0.0
+    value: Any = 0.0
 
     @property
     def text(self) -> str:
@@ -60,11 +60,11 @@ class Explanation:
         return self.within_floor or self.is_noise
 
 
-def with_value(mistakes: Mistakes, hypothesis: Hypothesis, value: float) -> Mistakes:
+def with_value(mistakes: Mistakes, hypothesis: Hypothesis, value: Any) -> Mistakes:
     """Return mistakes with another value for one of them."""
     return tuple(Mistake(m.hypothesis, value) if m.hypothesis is hypothesis else m for m in mistakes)
 
 
-def value_of(mistakes: Mistakes, hypothesis: Hypothesis) -> float:
+def value_of(mistakes: Mistakes, hypothesis: Hypothesis) -> Any:
     """Return the value of a hypothesis in some mistakes."""
     return next(mistake.value for mistake in mistakes if mistake.hypothesis is hypothesis)

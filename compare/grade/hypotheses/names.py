@@ -10,6 +10,7 @@ GYROSCOPIC_TERM_MISSING = "gyroscopic-term-missing"
 IMPULSE_OVER_ONE_STEP = "impulse-as-force-over-one-step"
 LINEAR_DAMPING, ANGULAR_DAMPING, PYBULLET_DAMPING = "linear-damping", "angular-damping", "pybullet-default-damping"
 SPIN_CAP = "spin-cap"
+SPIN_RECOVERED = "spin-from-attitude-difference"
 SYMPLECTIC_EULER = "symplectic-euler"
 VELOCITY_IN_BODY_AXES = "velocity-in-body-axes"
 

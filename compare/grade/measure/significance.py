@@ -50,10 +50,14 @@ class ResidualScale:
     size_m: float
     floors_m: Array
 
-    def weighted(self, errors: Array, floors_m: Array | None = None) -> Array:
+    def weighted(self, errors: Array) -> Array:
         """Return errors of rows, (S, K, 3), scaled to the same floor in each row and axis."""
-        floors_m = self.floors_m if floors_m is None else np.maximum(self.floors_m, floors_m)
-        return errors * (self.floor_m / (np.sqrt(3.0) * floors_m))[:, None]
+        return errors * (self.floor_m / (np.sqrt(3.0) * self.floors_m))[:, None]
+
+    def with_single(self, single_m: Array) -> "ResidualScale":
+        """Return the scale with an effect of single precision on each row [m], (S,)."""
+        floors_m = np.sqrt(np.square(self.floors_m) + np.square(single_m)[:, None] / 3)
+        return ResidualScale(self.numbers, typical_floor(floors_m), self.size_m, floors_m)
 
     def is_within_floor(self, rms_m: float) -> bool:
         """Whether a residual is within the floor."""
@@ -80,6 +84,11 @@ class ResidualScale:
     def parameter_cost(self) -> float:
         """Return the cost of a fitted value."""
         return float(np.log(self.numbers)) + choice_cost(FITTED_VALUES)
+
+
+def typical_floor(floors_m: Array) -> float:
+    """Return the floor of most rows [m], from those of each row's axes, (S, 3): precise rows have more weight."""
+    return float(np.sqrt(3.0) * np.median(floors_m))
 
 
 def is_even(errors: Array) -> bool:

@@ -11,25 +11,15 @@ from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
 from tumble.compare.grade.hypotheses.explanation import Explanation
 from tumble.compare.grade.measure.significance import ALIKE
 from tumble.compare.grade.model.program_model import ProgramModel
-from tumble.compare.grade.search.combining import Combiner
-from tumble.compare.grade.search.engine_search import EngineSearch
-from tumble.compare.grade.search.evaluator import Evaluator, SearchStopped
-from tumble.compare.grade.search.fitting import Fitter
-from tumble.compare.grade.search.stages import (
-    CLOSING,
-    STAGES,
-    Search,
-    by_weight,
-    defaults_of_engines_with_short_steps,
-    plain_values,
-    replace_each_mistake,
-)
+from tumble.compare.grade.search.causal import CausalSearch
+from tumble.compare.grade.search.closing import Closing
+from tumble.compare.grade.search.evaluator import Evaluator
 
+# Programs that are simulated finely over all rows, of the best.
+FINALISTS = 6
 # An explanation with fewer mistakes must leave this many times as much to be worse; more, if what is left with more
 # mistakes is not noise, since any fitted value explains a part of a systematic residual.
 LEAST_HELP, MUCH_HELP = 1.1, 1.5
-# Stages that no limit of time cuts off: a body at rest, and the defaults of engines.
-NEVER_STOPPED = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,49 +67,30 @@ def diagnosed(
     -------
     the diagnosis
     """
-    fitter = Fitter(evaluator)
-    engine_search = EngineSearch(evaluator, fitter, engines)
-    search = Search(
-        evaluator=evaluator,
-        fitter=fitter,
-        combiner=Combiner(evaluator, fitter),
-        engine_search=engine_search,
-        on_nearest=on_nearest,
-        null=evaluator.explain(()),
-    )
-    stopped = not search.null.within_floor and _is_stopped(search, search_s)
-    replace_each_mistake(search)
-    plain_values(search)
-    return replace(_ranked(search), stopped_s=search_s if stopped else 0.0)
+    null = evaluator.explain(())
+    if null.within_floor:
+        return _ranked(evaluator, null, [], ())
+    search = CausalSearch(evaluator, thread_time() + search_s)
+    found = search.candidates()
+    search.close()
+    closing = Closing(evaluator, search)
+    explained = sorted((evaluator.explain(each.mistakes) for each in found[:FINALISTS]), key=by_weight)
+    if explained and explained[0].within_floor:
+        whole = [closing.simplified(each) for each in explained if each.within_floor]
+        others = closing.alternatives(min(whole, key=by_weight))
+        explained = [*whole, *others, *(each for each in explained if not each.within_floor)]
+        if (best := min(explained, key=by_weight)) in others:
+            explained.append(closing.simplified(best))
+        explained.sort(key=by_weight)
+    stopped = search_s if search.is_stopped else 0.0
+    evaluator.trials += search.trials
+    return replace(_ranked(evaluator, null, explained, ()), stopped_s=stopped)
 
 
-def _is_stopped(search: Search, search_s: float) -> bool:
-    """Run the stages; return whether processor time ended them before they had ended by themselves.
-
-    It does not cut off the first ones: what an engine does is said on a slow machine, too.
-    """
-    stops_at = thread_time() + search_s
-    is_done = any(stage(search) for stage in STAGES[:NEVER_STOPPED])
-    search.evaluator.stops_at = stops_at
-    try:
-        is_done = is_done or any(stage(search) for stage in STAGES[NEVER_STOPPED:])
-        if not is_done or search.engines or not search.best.is_whole:
-            return False
-        defaults_of_engines_with_short_steps(search)  # a known scheme may be what was found in parts
-    except SearchStopped:
-        search.evaluator.stops_at = np.inf
-        for stage in CLOSING:
-            stage(search)
-        return True
-    else:
-        return False
-    finally:
-        search.evaluator.stops_at = np.inf
-
-
-def _ranked(search: Search) -> Diagnosis:
+def _ranked(
+    evaluator: Evaluator, null: Explanation, found: Sequence[Explanation], engines: tuple[str, ...]
+) -> Diagnosis:
     """Return the best of the explanations that a search has found, and those that fit equally well."""
-    null, found = search.null, search.explanations
     # Where single precision decides nothing, a run that is right may be off by more than one that is not.
     helpful = [null, *(each for each in found if each.max_m < null.max_m or each.within_floor)]
     ranked = [each for each in sorted(helpful, key=by_weight) if not _is_padded(each, helpful)]
@@ -127,20 +98,22 @@ def _ranked(search: Search) -> Diagnosis:
     alike = [
         each
         for each in ranked[1:]
-        if each.weight < best.weight + ALIKE and not each.names > best.names and each.names != best.names
+        if each.weight < best.weight + ALIKE and not each.names > best.names and _key(each) != _key(best)
     ]
-    # Late rows alone do not identify an engine.
-    has_more = any(mistake.hypothesis.part != "clock offset" for mistake in best.mistakes)
-    engines = search.engines if has_more and best in search.by_engines else ()
     return Diagnosis(
         null=null,
         best=best,
         alike=tuple(_distinct(alike)),
-        steps=tuple(_steps(search.evaluator, null, best)),
-        trials=search.evaluator.trials,
-        program=search.evaluator.program_with(best.mistakes),
+        steps=tuple(_steps(evaluator, null, best)),
+        trials=evaluator.trials,
+        program=evaluator.program_with(best.mistakes),
         engines=engines,
     )
+
+
+def by_weight(explanation: Explanation) -> float:
+    """Return the weight of an explanation, to sort by."""
+    return explanation.weight
 
 
 def _steps(evaluator: Evaluator, null: Explanation, best: Explanation) -> list[Explanation]:
@@ -169,9 +142,17 @@ def _is_padded(explanation: Explanation, others: Iterable[Explanation]) -> bool:
 
 
 def _distinct(explanations: Iterable[Explanation]) -> Iterator[Explanation]:
-    """Yield the first explanation of each set of names."""
-    seen: set[frozenset[str]] = set()
+    """Yield the first explanation of each set of names and schemes."""
+    seen = set()
     for each in explanations:
-        if each.names not in seen:
-            seen.add(each.names)
+        if (key := _key(each)) not in seen:
+            seen.add(key)
             yield each
+
+
+def _key(explanation: Explanation) -> frozenset[tuple]:
+    """Return the names of the mistakes, and the parts of the step."""
+    parts = ("gyroscopic", "rotation")
+    return frozenset(
+        (m.hypothesis.name, *(word for part, word in m.hypothesis.details if part in parts)) for m in explanation.mistakes
+    )

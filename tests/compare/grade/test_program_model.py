@@ -16,10 +16,9 @@ from tumble.compare.grade.model.kernel.dynamics import (
     QUATERNION,
     Scheme,
 )
+from tumble.compare.grade.model.kernel.reading import LINEAR, SLERP
 from tumble.compare.grade.model.program_model import (
     FINE,
-    LINEAR,
-    SLERP,
     Clock,
     ImpulseApplication,
     correct_program,

@@ -95,16 +95,17 @@ def _quaternion_orders() -> Iterator[Hypothesis]:
 def _logged_points(context: Context) -> Iterator[Hypothesis]:
     """Yield that another point of the body was logged instead of the centre of mass."""
     points = output_points(context.scene.body)
-    if context.offset is not None:
-        offset = context.offset
+    if context.has_centre:
         yield Hypothesis(
             "constant-offset-in-body-axes",
             "logged point",
-            f"the point ({', '.join(f'{value:.4g}' for value in offset)}) m in body axes logged "
-            "instead of the centre of mass",
-            lambda program, _: with_output_transform(program, _with_offset(offset)),
+            "the point ({}) m in body axes logged instead of the centre of mass",
+            lambda program, at: with_output_transform(program, _with_offset(np.array(at))),
+            ((0.0, 0.0, 0.0),),
             rare=True,
-            from_data=3,
+            unit="m",
+            scale=float(np.abs(points).max()),
+            vague=True,
         )
     if context.kind == "vertices" or len(points) != BOX_CORNERS:
         return
@@ -214,6 +215,8 @@ def _rotating_axes(context: Context) -> Iterator[Hypothesis]:
             (*(-rate for rate in reversed(rates)), *rates),
             named_values={EARTH_RAD_S: "the Earth", -EARTH_RAD_S: "the Earth, reversed"},
             unit="rad/s",
+            neutral=0.0,
+            vague=True,
         )
 
 

@@ -1,7 +1,6 @@
 """Mistakes with inertia, Euler's equations and the angular velocity."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import permutations, product
 
 import numpy as np
@@ -48,11 +47,12 @@ def _inertia_size() -> Iterator[Hypothesis]:
             "wrong-inertia",
             "inertia size",
             "inertia {} times its value",
-            lambda program, factor: replace(program, moments=factor * program.moments),
+            lambda program, factor: program.but(moments=factor * program.moments),
             values,
             named_values={} if is_far else {0.25: "half edges used as edges", 4.0: "edges used as half edges"},
             rare=is_far,
             variant=is_far,
+            neutral=None if is_far else 1.0,
         )
 
 
@@ -72,8 +72,8 @@ def _attitude_rate() -> Iterator[Hypothesis]:
             name,
             "turning",
             text + stored,
-            lambda program, _, factor=factor, stored=MOMENTUM if keeps_momentum else IN_BODY: replace(
-                program, attitude_rate_factor=factor, scheme=program.scheme._replace(stored=stored)
+            lambda program, _, factor=factor, stored=MOMENTUM if keeps_momentum else IN_BODY: program.but(
+                attitude_rate_factor=factor, scheme=program.scheme._replace(stored=stored)
             ),
             rare=True,
             variant=keeps_momentum,
@@ -92,8 +92,8 @@ def _frames(context: Context) -> Iterator[Hypothesis]:
             "angular-velocity-in-wrong-frame",
             "frame",
             text,
-            lambda program, _, frame_mixup=frame_mixup, stored=stored: replace(
-                program, frame_mixup=frame_mixup, scheme=program.scheme._replace(stored=stored)
+            lambda program, _, frame_mixup=frame_mixup, stored=stored: program.but(
+                frame_mixup=frame_mixup, scheme=program.scheme._replace(stored=stored)
             ),
         )
 
@@ -104,14 +104,14 @@ def _unequal_moments(context: Context) -> Iterator[Hypothesis]:
         "spherical-inertia",
         "inertia",
         "inertia of a sphere: three equal moments",
-        lambda program, _: replace(program, moments=np.full(3, program.moments.mean())),
+        lambda program, _: program.but(moments=np.full(3, program.moments.mean())),
     )
     orders = [order for order in permutations(range(3)) if (moments[list(order)] != moments).any()]
     yield Hypothesis(
         "inertia-axes-permuted",
         "inertia",
         "moments of inertia permuted: x y z have those of {}",
-        lambda program, number: replace(program, moments=program.moments[list(orders[int(number)])]),
+        lambda program, number: program.but(moments=program.moments[list(orders[int(number)])]),
         choice(len(orders)),
         tuple(" ".join("xyz"[axis] for axis in order) for order in orders),
     )
@@ -128,7 +128,7 @@ def _unequal_moments(context: Context) -> Iterator[Hypothesis]:
             name,
             "inertia axes",
             text,
-            lambda program, _, tensor=tensor: replace(program, tensor=tensor, impulse_tensor=tensor),
+            lambda program, _, tensor=tensor: program.but(tensor=tensor, impulse_tensor=tensor),
             rare=True,
         )
     if program.impulses:
@@ -141,14 +141,14 @@ def _unequal_moments(context: Context) -> Iterator[Hypothesis]:
                 name,
                 "inertia axes",
                 f"inertia tensor {text} for an impulse",
-                lambda program, _, tensor=tensor: replace(program, impulse_tensor=tensor),
+                lambda program, _, tensor=tensor: program.but(impulse_tensor=tensor),
                 rare=True,
             )
     yield Hypothesis(
         "inertia-inverted",
         "inertia",
         "inertia used as its inverse",
-        lambda program, _: replace(program, moments=1.0 / program.moments),
+        lambda program, _: program.but(moments=1.0 / program.moments),
         rare=True,
     )
     yield gyroscopic_term_missing()
@@ -156,7 +156,7 @@ def _unequal_moments(context: Context) -> Iterator[Hypothesis]:
         "gyroscopic-term-reversed",
         "gyroscopic",
         "gyroscopic term has the wrong sign",
-        lambda program, _: replace(program, gyroscopic=-1.0),
+        lambda program, _: program.but(gyroscopic=-1.0),
     )
 
 
@@ -166,7 +166,7 @@ def gyroscopic_term_missing() -> Hypothesis:
         GYROSCOPIC_TERM_MISSING,
         "gyroscopic",
         "gyroscopic term missing: the angular velocity stays constant",
-        lambda program, _: replace(program, gyroscopic=0.0),
+        lambda program, _: program.but(gyroscopic=0.0),
     )
 
 
@@ -187,10 +187,10 @@ def _start_spin(program: ProgramModel) -> Iterator[Hypothesis]:
 def _in_body(program: ProgramModel, _: float) -> ProgramModel:
     start = program.start.copy()
     start[10:13] = rotation_matrix(quaternion_product(start[3:7], program.body.file_axes)) @ start[10:13]
-    return replace(program, start=start)
+    return program.but(start=start)
 
 
 def _spun(program: ProgramModel, factor: float) -> ProgramModel:
     start = program.start.copy()
     start[10:13] *= factor
-    return replace(program, start=start)
+    return program.but(start=start)

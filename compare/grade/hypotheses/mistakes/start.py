@@ -1,7 +1,6 @@
 """Mistakes with the start: not set, set in other axes, or different from the scene."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -46,14 +45,23 @@ def start(context: Context) -> Iterator[Hypothesis]:
         changes.append(("wrong-start-position", "start position", text, POSITION, x))
         text = f"start attitude {_numbers(q)} differs from the scene"
         changes.append(("wrong-start-attitude", "start attitude", text, ATTITUDE, q))
-    if context.drift is not None and context.drift[0].any():
-        velocity = program.start[VELOCITY] + context.drift[0]
-        text = f"start velocity {_numbers(velocity)} m/s differs from the scene"
-        changes.append(("wrong-start-velocity", "start velocity", text, VELOCITY, velocity))
     for name, part, text, place, value in changes:
         if _differs(program.start[place], value, place):
             from_data = 3 if name.startswith("wrong") else 0
             yield Hypothesis(name, part, text, _set(place, value), rare=True, from_data=from_data)
+    if context.has_centre:
+        size = float(np.linalg.norm(np.ptp(context.scene.body.points, axis=0)))
+        yield Hypothesis(
+            "wrong-start-velocity",
+            "start velocity",
+            "start velocity ({}) m/s differs from the scene",
+            lambda program, velocity: _set(VELOCITY, np.array(velocity))(program, 0.0),
+            (tuple(velocity.tolist()),),
+            rare=True,
+            unit="m/s",
+            scale=float(np.linalg.norm(velocity)) + size / context.duration,
+            vague=True,
+        )
     yield from _in_other_axes(program)
 
 
@@ -97,7 +105,7 @@ def _set(place: slice, value: Array) -> Callable[[ProgramModel, float], ProgramM
     def change(program: ProgramModel, _: float) -> ProgramModel:
         state = program.start.copy()
         state[place] = value
-        return replace(program, start=state)
+        return program.but(start=state)
 
     return change
 

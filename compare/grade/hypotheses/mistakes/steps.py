@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice, grid
-from tumble.compare.grade.hypotheses.names import SYMPLECTIC_EULER, VELOCITY_IN_BODY_AXES
+from tumble.compare.grade.hypotheses.names import SPIN_RECOVERED, SYMPLECTIC_EULER, VELOCITY_IN_BODY_AXES
 from tumble.compare.grade.model.kernel.dynamics import (
     ALONG_SCREW,
     EXPLICIT,
@@ -22,8 +22,11 @@ from tumble.compare.grade.model.kernel.dynamics import (
     ORDER_3,
     ORDER_4,
     QUATERNION,
+    RALSTON,
     RUNGE_KUTTA,
+    SHU_OSHER,
     SMOOTH,
+    THREE_EIGHTHS,
     VERLET,
     Scheme,
 )
@@ -35,9 +38,11 @@ MOST_STEPS, MOST_KNOWN_STEPS = 5_000, 10_000
 TRIED, RANGE = 7, 200
 RARELY = (2, 3, 4, 5, 8, 10, 16, 20, 25, 30, 32, 50, 60, 64, 100, 120, 128, 240, 500, 1000)
 METHODS = {
-    "midpoint": ("midpoint method", ORDER_2), "heun": ("Heun's method", HEUN),
-    "velocity-verlet": ("velocity Verlet", VERLET),
-    "runge-kutta-3": ("Runge-Kutta of order 3", ORDER_3), "runge-kutta-4": ("Runge-Kutta of order 4", ORDER_4),
+    "runge-kutta-4": ("Runge-Kutta of order 4", ORDER_4, 0.0), "midpoint": ("midpoint method", ORDER_2, 1.0),
+    "heun": ("Heun's method", HEUN, 1.0), "velocity-verlet": ("velocity Verlet", VERLET, 1.0),
+    "runge-kutta-3": ("Runge-Kutta of order 3", ORDER_3, 2.0), "ralston": ("Ralston's method", RALSTON, 3.0),
+    "runge-kutta-3-shu-osher": ("Shu and Osher's Runge-Kutta of order 3", SHU_OSHER, 3.0),
+    "runge-kutta-4-three-eighths": ("Runge-Kutta of order 4 by the three-eighths rule", THREE_EIGHTHS, 3.0),
 }  # fmt: skip
 WORLD_AXES = ", w in world axes"
 VELOCITY_AXES = {
@@ -98,26 +103,33 @@ def steps(context: Context) -> Iterator[Hypothesis]:
     if context.kind != "pose":
         shears = "explicit Euler on the rotation matrix with a step of {} s: the shape is not rigid"
         yield _euler(context, "matrix-euler", shears, MATRIX, EXPLICIT, MOMENTUM)
-    kinds = [(name, title, method, IN_BODY, "") for name, (title, method) in METHODS.items()]
-    kinds += [
-        (name, title, method, stored, text)
-        for stored, text in ((IN_WORLD, WORLD_AXES), (MOMENTUM, CONSERVED))[: 1 if equal else 2]
-        for name, (title, method) in METHODS.items()
-        if method != VERLET
+    kinds = [
+        (name, title, method, unlikely, stored, text)
+        for stored, text in ((IN_BODY, ""), (IN_WORLD, WORLD_AXES), (MOMENTUM, CONSERVED))[: 2 if equal else 3]
+        for name, (title, method, unlikely) in METHODS.items()
+        if method != VERLET or stored == IN_BODY
     ]
-    for name, title, method, stored, axes in kinds:
+    for name, title, method, unlikely, stored, axes in kinds:
         text = f"{title} with a step of {{}} s{axes}"
         hypothesis = _euler(context, name, text, RUNGE_KUTTA, method, stored, variant=bool(axes))
         # The error is so small that any step would fit, so only usual steps are tried.
         if hypothesis.named_values:
-            yield replace(hypothesis, rare=True, values=tuple(sorted(hypothesis.named_values)), only_named=True)
+            values = tuple(sorted(hypothesis.named_values))
+            yield replace(hypothesis, rare=True, values=values, only_named=True, unlikely=unlikely)
     yield Hypothesis(
         "quaternion-rarely-normalised",
         "normalisation",
         "quaternion normalised only every {} steps",
-        lambda program, number: replace(program, scheme=program.scheme._replace(normalise_every=RARELY[int(number)])),
+        lambda program, number: program.but(scheme=program.scheme._replace(normalise_every=RARELY[int(number)])),
         choice(len(RARELY)),
         tuple(map(str, RARELY)),
+        rare=True,
+    )
+    yield Hypothesis(
+        SPIN_RECOVERED,
+        "stored spin",
+        "angular velocity taken from the attitudes before and after a step, 2 Im(q' q*)/dt",
+        lambda program, _: program.but(scheme=program.scheme._replace(recovers=True)),
         rare=True,
     )
     yield from _position_updates(context)
@@ -141,11 +153,8 @@ def _euler(
         name,
         "steps",
         text,
-        lambda program, step: replace(
-            program,
-            scheme=Scheme(
-                step, attitude, spin, symplectic, 1.0 if symplectic else 0.0, normalise_every, stored=stored
-            ),
+        lambda program, step: program.but(
+            scheme=Scheme(step, attitude, spin, symplectic, 1.0 if symplectic else 0.0, normalise_every, stored=stored),
         ),
         grid(min(shortest, longest / 2), longest, TRIED),
         named_values={
@@ -178,7 +187,7 @@ def velocity_in_body_axes(axes: int) -> Hypothesis:
         VELOCITY_IN_BODY_AXES,
         "velocity axes",
         f"velocity of the centre stored in body axes, with -w x v by a step, {text}",
-        lambda program, _: replace(program, scheme=program.scheme._replace(velocity_axes=axes)),
+        lambda program, _: program.but(scheme=program.scheme._replace(velocity_axes=axes)),
         details=(("moves", moves),),
     )
 
@@ -191,7 +200,7 @@ def _position_updates(context: Context) -> Iterator[Hypothesis]:
     def updated(program: ProgramModel, change: Callable[[float], float]) -> ProgramModel:
         if program.scheme.attitude == SMOOTH:
             return program
-        return replace(program, scheme=program.scheme._replace(position_weight=change(program.scheme.position_weight)))
+        return program.but(scheme=program.scheme._replace(position_weight=change(program.scheme.position_weight)))
 
     for text, change in (
         ("by x += v dt + a dt^2/2", lambda _: 0.5),

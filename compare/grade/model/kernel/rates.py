@@ -40,7 +40,9 @@ def to_tensor(q: Quaternion, dynamics: Dynamics, tensor: int) -> Quaternion:
     if tensor == FROZEN:
         return product(conjugate(dynamics.first), q)
     unturned = product(dynamics.file_axes, q)
-    return unturned if tensor == NEVER_TURNED else product(product(dynamics.file_axes, product(q, dynamics.file_axes)), q)
+    return (
+        unturned if tensor == NEVER_TURNED else product(product(dynamics.file_axes, product(q, dynamics.file_axes)), q)
+    )
 
 
 @inner

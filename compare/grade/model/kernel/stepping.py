@@ -114,6 +114,8 @@ def integrate(
                     continue
                 if scheme.attitude == RUNGE_KUTTA:
                     motion = _limited(runge_kutta_step(motion, dt, dynamics, push, scheme), dynamics)
+                    if scheme.precision != DOUBLE:
+                        motion = to_single(motion, scheme.precision)
                     continue
                 motion, growth = euler_step(motion, dt, dynamics, push, scheme, steps >= scheme.idle_steps)
                 steps += 1

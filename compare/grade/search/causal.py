@@ -1,0 +1,443 @@
+"""Finds the mistakes of a program in the order in which they show: first in the first rows, then in more and more."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import combinations
+
+import numpy as np
+
+from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
+from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
+from tumble.compare.grade.measure.significance import ALIKE
+from tumble.compare.grade.search.evaluator import Evaluator
+from tumble.compare.grade.search.least_squares import Fit, free_values
+from tumble.compare.grade.search.proposals import STEPS, Proposals, Run, SchemeKind
+from tumble.compare.grade.search.shells import Shells
+from tumble.compare.grade.search.simulations import SearchStopped, Simulations
+from tumble.scenarios.frames import Array
+
+# The first part of the run that is looked at: radians, rows; and how much longer each part is than the one before.
+RADIANS, FEWEST, LONGER = 4.0, 12, 4.0
+# Mistakes and schemes that are fitted, of all that are tried.
+FITTED, SCHEMES = 10, 6
+# Schemes of which damping is tried at each place in the step, and those of which other details are tried.
+PLACED, DETAILED = 32, 10
+# Other first changes that are tried if the best one leads nowhere.
+DIVES = 3
+# Share of the first score that is little enough to look at more of the run.
+NEARLY = 0.25
+# Programs that are kept from one part of the run to the next.
+KEPT = 3
+MOST_MISTAKES = 8
+# Radians in a step of a continuous run: its error, over the body's size, is ERROR at UNIT, and grows with the fourth
+# power; it is to be below a share of the floor.
+UNIT, ERROR, OF_FLOOR, FINEST, COARSEST = 0.2, 1e-5, 0.3, 0.02, 0.15
+# Radians in a step from which the length of the right one is estimated.
+SHORT = 0.3
+# What one more mistake must gain before all of the run is looked at.
+MUCH = 30.0
+
+
+# Share of what a mistake with a value gains that counts, since any value explains a part of almost anything; and of a
+# vague mistake.
+VALUED, VAGUE = 0.85, 0.7
+
+
+# Residual in floors that is as good as infinite.
+HUGE = 1e12
+
+
+@dataclass(eq=False)
+class Candidate:
+    """Mistakes, and the information criterion of what they leave with the cost of assumptions.
+
+    weight: of all; score: with a free translation; rank: the score if each mistake had gained only the share of what it
+    gained that counts; by it programs are ranked.
+    """
+
+    mistakes: Mistakes
+    weight: float
+    score: float
+    is_whole: bool
+    rank: float = 0.0
+    is_expanded: bool = field(default=False)
+
+
+class CausalSearch:
+    """Searches for the mistakes of the program that wrote some rows."""
+
+    def __init__(self, evaluator: Evaluator, stops_at: float) -> None:
+        self._evaluator = evaluator
+        self._context, self._sample, self._points = evaluator.context, evaluator.rows, evaluator.points
+        self._scale, self._cost, self._stops_at = evaluator.search_scale, evaluator.cost, stops_at
+        self.proposals = self._proposals = Proposals(evaluator.context, evaluator.hypotheses)
+        self._events = np.array([impulse.time for impulse in self._context.program.impulses])
+        self.trials, self.is_stopped = 0, False
+        self.log: list[str] = []
+
+    def candidates(self) -> list[Candidate]:
+        """Return the best programs, best first."""
+        pool = [Candidate((), 0.0, 0.0, False)]
+        for until in self._horizons():
+            self._begin(until)
+            try:
+                pool = self._explored([c.mistakes for c in pool[:KEPT]])
+                if not pool[0].is_whole or any(m.hypothesis.vague for m in pool[0].mistakes):
+                    pool = self._named(pool)
+            except SearchStopped:
+                self.is_stopped = True
+                break
+            finally:
+                self.trials += self._simulations.trials
+        return pool
+
+    def close(self) -> None:
+        """Look at all of the run, whatever time that takes."""
+        self._stops_at = np.inf
+        self._begin(self._context.duration)
+
+    def refitted(self, mistakes: Mistakes) -> Mistakes:
+        """Return mistakes with values fitted to all of the run."""
+        self._fit.is_free = False
+        return self._fit.fitted(mistakes)[0]
+
+    def alternatives(self, mistakes: Mistakes) -> list[Mistakes]:
+        """Return programs that fit as well as one, best first: with a change, or with one mistake in the place of two."""
+        self._fit.is_free = False
+        slopes, least = self._slopes(mistakes), self._fitted(mistakes).weight
+        run = self._run(mistakes)
+        programs = [program for _, program in self._proposals.with_others(mistakes, run)]
+        programs += self._proposals.with_same_step(mistakes)
+        kept = [m for m in mistakes if m.hypothesis.part != STEPS]
+        for one, other in combinations(kept, 2):
+            fewer = tuple(m for m in mistakes if m is not one and m is not other)
+            programs += [each for _, several in self._proposals.with_one_more(fewer, run) for each in several]
+        programs = list(dict.fromkeys(program for program in programs if program != mistakes))
+        weights = self._profiled(programs, slopes)
+        likely = [programs[n] for n in np.argsort(weights, kind="stable")[:FITTED] if weights[n] < least + 2 * ALIKE]
+        found = sorted(map(self._fitted, likely), key=lambda c: c.weight)
+        return [c.mistakes for c in found if c.weight < least + ALIKE]
+
+    def _horizons(self) -> list[float]:
+        duration, spacing = self._context.duration, self._context.spacing_s
+        until = max(RADIANS * self._context.turn_s, FEWEST * spacing)
+        found = []
+        while until * 1.5 < duration:
+            found.append(until)
+            until *= LONGER
+        return [*found, duration]
+
+    def _begin(self, until: float) -> None:
+        self._until = until
+        shells = Shells(self._sample, self._scale, self._points, until, self._events)
+        small = OF_FLOOR * self._scale.floor_m / (ERROR * self._scale.size_m)
+        fineness = float(np.clip(UNIT * small**0.25, FINEST, COARSEST))
+        self._simulations = Simulations(self._context, shells, self._stops_at, fineness)
+        self._fit = Fit(self._simulations)
+        self._fit.is_free = True
+
+    # --- programs -----------------------------------------------------------------------------------------------------
+
+    def _fitted(self, mistakes: Mistakes) -> Candidate:
+        mistakes, weight, score = self._fit.fitted(mistakes)
+        shells, errors = self._simulations.shells, self._simulations.errors([mistakes])[0]
+        cost, is_whole = self._cost(mistakes), shells.is_whole(errors)
+        if not is_whole and shells.is_near(errors):
+            is_whole = self._evaluator.is_within_floor(mistakes, errors, shells.times, shells.floors_m)
+        if is_whole and self._until >= self._context.duration:
+            is_whole = self._evaluator.explain(mistakes).within_floor
+        return Candidate(mistakes, weight + cost, score + cost, is_whole)
+
+    def _explored(self, begun: Sequence[Mistakes]) -> list[Candidate]:
+        """Return programs, best first: the best of some, and what one change after the other makes of it.
+
+        If that leads nowhere, other first changes are tried.
+        """
+        pool: dict[tuple, Candidate] = {}
+        for candidate in map(self._fitted, dict.fromkeys((*begun, ()))):
+            candidate.rank = candidate.score
+            self._add(pool, candidate)
+        try:
+            first = self._dived(pool, min(pool.values(), key=_by_rank))
+            begun_at = max(c.score for c in pool.values())
+            for other in first[:DIVES]:
+                best = min(pool.values(), key=_by_score)
+                if best.is_whole or (self._until < self._context.duration and best.score < NEARLY * begun_at):
+                    break
+                if not other.is_expanded:
+                    self._dived(pool, other)
+        except SearchStopped:
+            self.is_stopped = True
+        return sorted(pool.values(), key=_by_score)
+
+    def _dived(self, pool: dict[tuple, Candidate], chosen: Candidate) -> list[Candidate]:
+        """Add what one change after the other makes of a program, as long as that helps; return its other children."""
+        others: list[Candidate] | None = None
+        while not chosen.is_whole and not chosen.is_expanded and len(chosen.mistakes) < MOST_MISTAKES:
+            chosen.is_expanded = True
+            found = sorted(self._expanded(chosen), key=_by_rank)
+            for child in found:
+                self._add(pool, child)
+            if others is None:
+                others = _different(found)
+            self.log.append(
+                f"until {self._until:.3g}{'' if self._fit.is_free else ' named'}: from {_names(chosen)} {chosen.rank:.0f}/{chosen.score:.0f} "
+                "-> " + "; ".join(f"{_names(c)} {c.rank:.0f}/{c.score:.0f}/{c.weight:.0f}{c.is_whole}" for c in found[:4])
+            )
+            if not found or chosen.rank - found[0].rank < self._much:
+                break
+            chosen = self._simpler(pool, found[0])
+        return others or []
+
+    @property
+    def _much(self) -> float:
+        """What one more mistake must gain."""
+        return MUCH if self._until < self._context.duration else ALIKE
+
+    def _named(self, pool: list[Candidate]) -> list[Candidate]:
+        """Return the programs and others, in which mistakes with a name have replaced a free translation."""
+        self._fit.is_free = False
+        try:
+            begun = [tuple(m for m in c.mistakes if not m.hypothesis.vague) for c in pool[:KEPT]]
+            named = self._explored(begun)
+            return sorted((*pool, *named), key=lambda c: c.weight)
+        finally:
+            self._fit.is_free = True
+
+    def _add(self, pool: dict[tuple, Candidate], child: Candidate) -> None:
+        key = tuple(
+            (m.hypothesis.name, m.hypothesis.text, 0.0 if m.hypothesis.fitted else m.value) for m in child.mistakes
+        )
+        if child.score < pool.setdefault(key, child).score:
+            pool[key] = child
+
+    def _simpler(self, pool: dict[tuple, Candidate], candidate: Candidate) -> Candidate:
+        """Return a program, or a better one with fewer mistakes."""
+        mistakes = candidate.mistakes
+        for number in range(len(mistakes) - 1):
+            fewer = self._fitted((*mistakes[:number], *mistakes[number + 1 :]))
+            if fewer.weight <= candidate.weight and fewer.score <= candidate.score:
+                fewer.rank = candidate.rank
+                self._add(pool, fewer)
+                return self._simpler(pool, fewer)
+        return candidate
+
+    # --- what comes next ----------------------------------------------------------------------------------------------
+
+    def _expanded(self, candidate: Candidate) -> list[Candidate]:
+        """Return the programs that are a change away from one and fit best, fitted."""
+        mistakes = candidate.mistakes
+        run = self._run(mistakes)
+        slopes = self._slopes(mistakes)
+        errors = self._simulations.errors([mistakes])[0]
+        programs: list[Mistakes] = []
+        owners: list[object] = []
+        shares: list[float] = []
+        more = list(self._proposals.with_one_more(mistakes, run))
+        linear = [(several[0], hypothesis) for hypothesis, several in more if _is_linear(hypothesis)]
+        for hypothesis, several in [*more, *self._solved(linear, slopes, errors)]:
+            programs += several
+            owners += [hypothesis] * len(several)
+            shares += [_share_of(hypothesis)] * len(several)
+        for key, program in self._proposals.with_others(mistakes, run):
+            programs.append(program)
+            owners.append(key)
+            shares.append(1.0)
+        counted = np.array(shares)
+        ranks = candidate.rank - counted * (candidate.score - self._profiled(programs, slopes))
+        best = {programs[number]: shares[number] for number in _best(owners, ranks)[:FITTED]}
+        best |= dict.fromkeys(self._schemes(mistakes), 1.0)
+        found = []
+        for program, share in best.items():
+            child = self._fitted(program)
+            child.rank = candidate.rank - share * (candidate.score - child.score)
+            found.append(child)
+        return found
+
+    def _run(self, mistakes: Mistakes) -> Run:
+        return Run(self._until, self._context.spacing_s, self._simulations.fastest(mistakes))
+
+    def _slopes(self, mistakes: Mistakes) -> Array:
+        """Return the derivatives of residuals by the values that are fitted, (P, T, K, 3)."""
+        errors = self._simulations.errors([mistakes])[0]
+        free = free_values(mistakes)
+        return self._fit.directions(mistakes, free, errors) if free else np.empty((0, *errors.shape))
+
+    def _schemes(self, mistakes: Mistakes) -> list[Mistakes]:
+        """Return the best schemes for mistakes.
+
+        Errors of steps grow with a power of their length, so one length shows which would fit best.
+        """
+        first = self._proposals.first_step(mistakes, self._until, SHORT * self._context.turn_s)
+        if not first:
+            return []
+        kinds = list(self._proposals.with_other_schemes(mistakes))
+        programs = [self._upon(kind, first) for kind in kinds]
+        found = self._simulations.errors(programs)
+        wanted = [(kind, program) for kind, program in zip(kinds, programs, strict=True)]
+        for others in dict.fromkeys(kind.others for kind in kinds):
+            same = [number for number, kind in enumerate(kinds) if kind.others == others]
+            for number, share in zip(same, self._shares(found[same], self._proposals.ordered(others)), strict=True):
+                if share <= 0:
+                    continue
+                # Parts of a scheme have errors of other orders, and a limit has one of order 1 in any method.
+                ideals = [first * share ** (1 / order) for order in {1, kinds[number].order}]
+                nearest = {s for ideal in ideals for s in self._proposals.steps_near(mistakes, self._until, ideal)}
+                wanted += [(kinds[number], self._upon(kinds[number], s)) for s in sorted(nearest) if s != first]
+        tried = [program for _, program in wanted]
+        slopes = self._slopes_with_damping(mistakes)
+        scores = self._profiled(tried, slopes)
+        likely = [tried[number] for number in _best([kind.key for kind, _ in wanted], scores)]
+        detailed = [each for one in likely[:DETAILED] for each in self._proposals.with_details(one)]
+        likely = [*likely[:PLACED], *detailed, *self._damped(likely[:PLACED])]
+        scores = self._profiled(likely, slopes)
+        found = [likely[number] for number in np.argsort(scores, kind="stable")[:SCHEMES]]
+        without = [tuple(m for m in one if not m.hypothesis.vague) for one in found]
+        return [*found, *without]
+
+    def _damped(self, several: Sequence[Mistakes]) -> list[Mistakes]:
+        """Return schemes with the rotation damped at each place in the step; if it is, by what helps the first one."""
+        rates = {m.value for m in several[0] if m.hypothesis.part == "angular damping"}
+        if not rates:
+            hypothesis = self._proposals.angular_damping(several[0])
+            slopes, errors = self._slopes(several[0]), self._simulations.errors([several[0]])[0]
+            damped = self._proposals.ordered((*several[0], Mistake(hypothesis, 0.0)))
+            solved = self._solved([(damped, hypothesis)], slopes, errors)
+            tried = [several[0], *(each for _, ones in solved for each in ones)]
+            weights = self._profiled(tried, slopes)
+            best = int(np.argmin(weights))
+            if weights[0] - weights[best] < ALIKE:
+                return []
+            rates = {m.value for m in tried[best] if m.hypothesis is hypothesis}
+        return [each for one in several for each in self._proposals.damped_anywhere(one, max(rates))]
+
+    def _slopes_with_damping(self, mistakes: Mistakes) -> Array:
+        """Return the derivatives by the values that are fitted, and by damping of the rotation."""
+        slopes = self._slopes(mistakes)
+        if any(m.hypothesis.part == "angular damping" for m in mistakes):
+            return slopes
+        hypothesis = self._proposals.angular_damping(mistakes)
+        damped = self._proposals.ordered((*mistakes, Mistake(hypothesis, 0.0)))
+        own = self._fit.directions(damped, [hypothesis], self._simulations.errors([mistakes])[0])
+        return np.concatenate((slopes, own))
+
+    def _shares(self, found: Array, mistakes: Mistakes) -> list[float]:
+        """Return the factors on the effects of schemes that make errors least, with what values explain left out.
+
+        found: residuals with each scheme, (V, T, K, 3); mistakes: that it is put upon.
+        """
+        shells = self._simulations.shells
+        errors, slopes = self._simulations.errors([mistakes]), self._slopes_with_damping(mistakes)
+        root = np.sqrt(shells.precisions(errors))[..., None]
+        with np.errstate(all="ignore"):
+            every = np.nan_to_num(np.concatenate((errors, found - errors, slopes)), posinf=0.0, neginf=0.0)
+            every = np.clip(every, -HUGE, HUGE)
+            if self._fit.is_free:
+                every = shells.without_translation(every, errors[0])
+            every = (root * every).reshape(len(every), -1)
+        own = every[len(every) - len(slopes) :]
+        if len(own):
+            basis = np.linalg.qr(own.T)[0]
+            every = every - (every @ basis) @ basis.T
+        effects = every[1 : len(found) + 1]
+        sizes = np.einsum("vn,vn->v", effects, effects)
+        return (-(effects @ every[0]) / np.where(sizes > 0, sizes, np.inf)).tolist()
+
+    def _upon(self, kind: SchemeKind, step: float) -> Mistakes:
+        return self._proposals.ordered((*kind.others, Mistake(kind.hypothesis, step)))
+
+    def _solved(
+        self, wanted: Sequence[tuple[Mistakes, Hypothesis]], slopes: Array, errors: Array
+    ) -> list[tuple[Hypothesis, list[Mistakes]]]:
+        """Return mistakes with better values of one of them, solved for together with the other values.
+
+        wanted: mistakes that leave the same errors, (T, K, 3), and for each the hypothesis of the value.
+        """
+        owns = self._fit.directions_of(wanted, errors)
+        found = []
+        for (mistakes, hypothesis), own in zip(wanted, owns, strict=True):
+            if own.any():
+                steps = self._fit.solutions(np.concatenate((own, slopes)), errors)
+                tried = [self._fit.moved(mistakes, [hypothesis], step[: hypothesis.dimension]) for step in steps]
+                found.append((hypothesis, list(dict.fromkeys(tried))))
+        return found
+
+    def _profiled(self, programs: Sequence[Mistakes], slopes: Array) -> Array:
+        """Return the scores of programs, with what derivatives, (P, T, K, 3), can explain of each left out."""
+        found = np.empty(len(programs))
+        for begin in range(0, len(programs), 400):
+            part = programs[begin : begin + 400]
+            errors = self._simulations.errors(part)
+            found[begin : begin + 400] = self._fit.scored(errors)[1]
+            if len(slopes):
+                left = self._fit.scored(self._left(errors, slopes))[1]
+                found[begin : begin + 400] = np.minimum(found[begin : begin + 400], left)
+        return found + np.array([self._cost(program) for program in programs])
+
+    def _left(self, errors: Array, slopes: Array) -> Array:
+        """Return what derivatives, (P, T, K, 3), leave of residuals, (V, T, K, 3)."""
+        shells = self._simulations.shells
+        with np.errstate(all="ignore"):
+            known, count = np.nan_to_num(errors, posinf=0.0, neginf=0.0), len(slopes)
+            if self._fit.is_free:
+                median = known[int(np.argsort(shells.weights(known))[len(known) // 8])]
+                known, slopes = shells.without_translation(known, median), shells.without_translation(slopes, median)
+            rows = shells.precisions(errors).reshape(len(errors), -1)
+            products = np.einsum("ptki,qtki->pqtk", slopes, slopes).reshape(count * count, -1)
+            normal = (rows @ products.T).reshape(-1, count, count)
+            weighted = (known * rows.reshape(*errors.shape[:3])[..., None]).reshape(len(errors), -1)
+            right = weighted @ slopes.reshape(count, -1).T
+            size = np.einsum("vpp->vp", normal)
+            normal = normal + 1e-9 * np.eye(count) * np.where(size > 0, size, 1.0)[:, :, None]
+            step = np.linalg.solve(normal, right[:, :, None])[:, :, 0]
+            return known - (step @ slopes.reshape(count, -1)).reshape(errors.shape)
+
+
+def _is_linear(hypothesis: Hypothesis) -> bool:
+    """Return whether a small value of a mistake has an effect in proportion."""
+    return bool(hypothesis.scale) or hypothesis.neutral is not None
+
+
+def _by_rank(candidate: Candidate) -> float:
+    return candidate.rank
+
+
+def _by_score(candidate: Candidate) -> float:
+    return candidate.score
+
+
+def _share_of(hypothesis: Hypothesis) -> float:
+    """Return the share of what a mistake gains that counts."""
+    return VAGUE if hypothesis.vague else VALUED if hypothesis.fitted else 1.0
+
+
+def _different(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return candidates without the first and without those that have the same names as one before."""
+    seen, found = set[frozenset[str]](), []
+    for candidate in candidates:
+        names = frozenset(m.hypothesis.name for m in candidate.mistakes)
+        if names not in seen:
+            found.append(candidate)
+        seen.add(names)
+    return found[1:]
+
+
+def _best(owners: Sequence[object], weights: Array) -> list[int]:
+    """Return the number of the best program of each owner, best first."""
+    found: dict[object, int] = {}
+    for number, owner in enumerate(owners):
+        best = found.setdefault(owner, number)
+        if weights[number] < weights[best]:
+            found[owner] = number
+    return sorted(found.values(), key=lambda number: weights[number])
+
+
+def _names(candidate: Candidate) -> str:
+    return (
+        "{"
+        + ", ".join(
+            f"{m.hypothesis.name}{[w for _, w in m.hypothesis.details if w] or ''}={tuple(round(v, 5) for v in m.value) if isinstance(m.value, tuple) else round(m.value, 6)}"
+            for m in candidate.mistakes
+        )
+        + "}"
+    )

@@ -1,0 +1,149 @@
+"""What a search does with the best explanations: simpler ones, values that a person wrote, and others as good."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from math import exp, log
+
+from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_FORMS, DAMPING_PLACES, GYROSCOPIC, ROTATION
+from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes, with_value
+from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
+from tumble.compare.grade.hypotheses.names import ANGULAR_DAMPING, LINEAR_DAMPING
+from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, LINEARLY
+from tumble.compare.grade.model.program_model import next_tick
+from tumble.compare.grade.search.causal import CausalSearch
+from tumble.compare.grade.search.evaluator import Evaluator
+from tumble.compare.grade.search.proposals import STEPS
+
+# Residuals within the floor, an upper bound of rounding: one is larger if it is this many times another, but not if it
+# is below this share of the floor.
+LARGER, HIDDEN = 3.0, 0.5
+# Significant digits of a value that a person wrote.
+FEW_DIGITS = (1, 2, 3, 4)
+# Other programs that are simulated finely.
+ALTERNATIVES = 8
+# Largest number of steps after which something happens.
+TICKS = 60
+
+
+class Closing:
+    """Simplifies explanations."""
+
+    def __init__(self, evaluator: Evaluator, search: CausalSearch) -> None:
+        self._evaluator, self._proposals, self._search = evaluator, search.proposals, search
+
+    def simplified(self, best: Explanation) -> Explanation:
+        """Return an explanation of everything without what has no effect, and with plain values."""
+        best = self._without_mistakes(best)
+        best = self._plain(best)
+        best = self._without_mistakes(best)
+        return self._without_details(best)
+
+    def alternatives(self, best: Explanation) -> list[Explanation]:
+        """Return explanations of everything that are one change away from one, or two of its mistakes made one."""
+        likely = self._search.alternatives(best.mistakes)[:ALTERNATIVES]
+        return [each for each in map(self._evaluator.explain, likely) if each.within_floor]
+
+    def is_as_good(self, other: Explanation, best: Explanation) -> bool:
+        """Whether another explanation is within the floor too, and not larger as far as can be seen there."""
+        most_m = max(LARGER * best.weighted_rms_m, HIDDEN * self._evaluator.scale.floor_m)
+        return other.within_floor and other.weighted_rms_m <= most_m
+
+    def _without_mistakes(self, best: Explanation) -> Explanation:
+        for mistake in best.mistakes:
+            others = tuple(other for other in best.mistakes if other.hypothesis is not mistake.hypothesis)
+            fewer = self._evaluator.explain(self._search.refitted(others))
+            if self.is_as_good(fewer, best):
+                best = fewer
+        return best
+
+    def _plain(self, best: Explanation) -> Explanation:
+        """Return an explanation with the plainest values that fit as well."""
+        for mistake in best.mistakes:
+            hypothesis = mistake.hypothesis
+            if hypothesis.fitted and hypothesis.part != STEPS and not hypothesis.scale and not hypothesis.details:
+                best = self._first_as_good(best, self._plainer(best.mistakes, mistake))
+        return self._first_as_good(best, self._plainer_damping(best.mistakes))
+
+    def _first_as_good(self, best: Explanation, others: Iterable[Mistakes]) -> Explanation:
+        """Return the first of other explanations that fits as well, if one does."""
+        explained = map(self._evaluator.explain, others)
+        return next((other for other in explained if self.is_as_good(other, best)), best)
+
+    def _plainer(self, mistakes: Mistakes, mistake: Mistake) -> Iterator[Mistakes]:
+        """Yield mistakes with plainer values of one of them, the plainest first."""
+        hypothesis, value = mistake
+        tick = self._evaluator.program_with(mistakes).event_tick
+        if hypothesis.at_ticks and tick:
+            value = float(next_tick(value, tick))
+            yield with_value(mistakes, hypothesis, value)
+        if hypothesis.unit == "s":
+            for interval in dict.fromkeys(filter(None, (self._evaluator.context.spacing_s, tick))):
+                if 0 < round(abs(value) / interval) <= TICKS:
+                    yield with_value(mistakes, hypothesis, interval * round(value / interval))
+        for named in sorted(hypothesis.named_values, key=lambda named: abs(named - value))[:1]:
+            yield with_value(mistakes, hypothesis, named)
+        for digits in FEW_DIGITS:
+            yield with_value(mistakes, hypothesis, _in_digits(value, digits))
+
+    def _plainer_damping(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+        """Yield mistakes with damping of plainer rates, in the form that has them: all of it has one form.
+
+        c dt, exp(-c dt) and 1/(1 + c dt) reduce a velocity equally in a step, with different rates c.
+        """
+        damping = [m for m in mistakes if m.hypothesis.name in (LINEAR_DAMPING, ANGULAR_DAMPING) and m.hypothesis.details]
+        step = next((m.value for m in mistakes if m.hypothesis.part == STEPS), 0.0)
+        others = tuple(m for m in mistakes if m not in damping)
+        for digits in FEW_DIGITS if damping else ():
+            for form, text in DAMPING_FORMS.items():
+                found = []
+                for one in damping:
+                    details = dict(one.hypothesis.details)
+                    place = next(key for key, words in DAMPING_PLACES.items() if words == details["damping-place"])
+                    rate = one.value
+                    if place != AS_FORCE and step:
+                        rate = _rate(_left(rate * step, details["damping-form"]), text) / step
+                    kind = one.hypothesis.name.partition("-")[0]
+                    own = self._proposals.schemes.damping(kind, place, form if place != AS_FORCE else LINEARLY)
+                    found.append(Mistake(own, _in_digits(rate, digits)))
+                yield self._proposals.ordered((*others, *found))
+
+    def _without_details(self, best: Explanation) -> Explanation:
+        """Return an explanation without the details of its step that all other steps fit as well."""
+        schemes = self._proposals.schemes
+        step = next((m for m in best.mistakes if m.hypothesis.part == STEPS), None)
+        own = schemes.of_step(step.hypothesis) if step else None
+        if step is None or own is None:
+            return best
+        for detail, others in (("gyroscopic", GYROSCOPIC), ("rotation", ROTATION)):
+            kept = getattr(own, detail)
+            tried = (
+                self._evaluator.explain(self._with_step(best.mistakes, step, replace(own, **{detail: other})))
+                for other in others
+                if other not in (kept, "none")
+            )
+            if kept and all(self.is_as_good(each, best) for each in tried):
+                own = replace(own, **{detail: ""})
+        return self._evaluator.explain(self._with_step(best.mistakes, step, own))
+
+    def _with_step(self, mistakes: Mistakes, step: Mistake, own: Step) -> Mistakes:
+        hypothesis = self._proposals.schemes.step(own)
+        return tuple(Mistake(hypothesis, step.value) if m is step else m for m in mistakes)
+
+
+def _in_digits(value: float, digits: int) -> float:
+    """Return a value in so many significant digits."""
+    return float(f"{value:.{digits - 1}e}")
+
+
+def _left(share: float, form: str) -> float:
+    """Return what a damping leaves of a velocity in a step; share: rate times step."""
+    if form == DAMPING_FORMS[0]:
+        return 1 - share
+    return exp(-share) if form == DAMPING_FORMS[1] else 1 / (1 + share)
+
+
+def _rate(left: float, form: str) -> float:
+    """Return the rate times the step of a form of damping that leaves a share of a velocity in a step."""
+    if form == DAMPING_FORMS[0] or left <= 0:
+        return 1 - left
+    return -log(left) if form == DAMPING_FORMS[1] else 1 / left - 1
