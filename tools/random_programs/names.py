@@ -237,7 +237,8 @@ def names(label: str, params: Params) -> tuple[Name, ...]:
         case "normalised":
             if params["every"]:
                 return (Name("quaternion-rarely-normalised"),)
-            return Name("quaternion-never-normalised"), Name("symplectic-euler", lambda params, scene: "never")
+            never = ("symplectic-euler", "quaternion-never-normalised")
+            return *(Name(name, lambda params, scene: "never") for name in never), Name("quaternion-never-normalised")
         case "step":
             return _step(params)
     return MISTAKES.get(label, SCHEME.get(label, ()))

@@ -20,9 +20,11 @@ from tumble.compare.grade.hypotheses.mistakes.rotation import gyroscopic_term_mi
 from tumble.compare.grade.hypotheses.mistakes.steps import velocity_in_body_axes
 from tumble.compare.grade.hypotheses.names import (
     CLOCK_RATE,
+    EXPLICIT_EULER,
     GRAVITY_DELAYED,
     IMPULSE_OVER_ONE_STEP,
     LOG_LAG,
+    NEVER_NORMALISED,
     PYBULLET_DAMPING,
     SPIN_CAP,
     SYMPLECTIC_EULER,
@@ -46,7 +48,7 @@ MOST_DAMPED = 40.0
 
 @dataclass(frozen=True)
 class Step:
-    """A symplectic step.
+    """A step of Euler's methods: w is stepped first, and rotates the attitude; if explicit, the old w does.
 
     gyroscopic, rotation: keys of `engine_schemes.GYROSCOPIC` and `ROTATION`, "" for a detail without an effect;
     substeps: that move the centre; normalise_every: steps, 0 for never; other_axes: the angular velocity is not stored
@@ -60,6 +62,7 @@ class Step:
     normalise_every: int = 1
     other_axes: bool = False
     steps_a_tick: int = 1
+    explicit: bool = False
 
     @property
     def stored(self) -> int:
@@ -147,7 +150,9 @@ def _step(own: Step, steps: tuple[tuple[float, str], ...]) -> Hypothesis:
     more.append(f"angular velocity stored in {axes} axes" if axes else "")
     more.append(f"{own.steps_a_tick} steps from one impulse that is possible to the next" if own.steps_a_tick > 1 else "")
     # v changes by a dt / n in each of n substeps, after which x moves.
-    position_weight = (own.substeps + 1) / (2 * own.substeps)
+    position_weight = 0.0 if own.explicit else (own.substeps + 1) / (2 * own.substeps)
+    title = "explicit" if own.explicit else "symplectic"
+    name = EXPLICIT_EULER if own.explicit else SYMPLECTIC_EULER
 
     def change(program: ProgramModel, step: float) -> ProgramModel:
         old = program.scheme
@@ -156,7 +161,7 @@ def _step(own: Step, steps: tuple[tuple[float, str], ...]) -> Hypothesis:
                 step,
                 attitude,
                 spin,
-                True,
+                not own.explicit,
                 position_weight,
                 own.normalise_every,
                 old.idle_steps,
@@ -168,9 +173,9 @@ def _step(own: Step, steps: tuple[tuple[float, str], ...]) -> Hypothesis:
         )
 
     return Hypothesis(
-        SYMPLECTIC_EULER,
+        name if own.normalise_every or not own.explicit else NEVER_NORMALISED,
         "steps",
-        ", ".join(("symplectic Euler with a step of {} s", *filter(None, more))),
+        ", ".join((f"{title} Euler with a step of {{}} s", *filter(None, more))),
         change,
         named_values=dict(steps),
         unit="s",

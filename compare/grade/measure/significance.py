@@ -68,18 +68,14 @@ class ResidualScale:
         unrelated = pairs >= FEWEST_PAIRS and abs(correlation) <= min(WHITE / np.sqrt(pairs), CORRELATED)
         return unrelated and rms_m <= LARGEST_NOISE * self.size_m and max_m <= SPIKE * rms_m
 
-    def weights(self, rms_m: Array) -> Array:
-        """Return the Bayesian information criterion of fits without the cost of their assumptions; smaller is better.
+    def weight(self, in_floors: float, cost: float) -> float:
+        """Return the Bayesian information criterion of a residual in floors with a cost of assumptions; smaller is better.
 
         The noise is unknown but above the floor, which is added to the residual.
         Source: Schwarz, Ann. Statist. 6 (1978) 461.
         """
         with np.errstate(over="ignore"):
-            return self.numbers * np.log(np.square(rms_m) + self.floor_m**2)
-
-    def weight(self, rms_m: float, cost: float) -> float:
-        """Return the information criterion of one fit with the cost of its assumptions."""
-        return float(self.weights(np.array(rms_m))) + cost
+            return self.numbers * float(np.log1p(np.square(in_floors))) + cost
 
     def parameter_cost(self) -> float:
         """Return the cost of a fitted value."""

@@ -17,7 +17,7 @@ from tumble.compare.grade.search.simulations import SearchStopped, Simulations
 from tumble.scenarios.frames import Array
 
 # The first part of the run that is looked at: radians, rows; and how much longer each part is than the one before.
-RADIANS, FEWEST, LONGER = 4.0, 12, 4.0
+RADIANS, SHARE_OF_ALL, FEWEST, LONGER = 4.0, 0.3, 12, 4.0
 # Mistakes and schemes that are fitted, of all that are tried.
 FITTED, SCHEMES = 10, 6
 # Schemes of which damping is tried at each place in the step, and those of which other details are tried.
@@ -120,7 +120,7 @@ class CausalSearch:
 
     def _horizons(self) -> list[float]:
         duration, spacing = self._context.duration, self._context.spacing_s
-        until = max(RADIANS * self._context.turn_s, FEWEST * spacing)
+        until = max(min(RADIANS * self._context.turn_s, SHARE_OF_ALL * duration), FEWEST * spacing)
         found = []
         while until * 1.5 < duration:
             found.append(until)

@@ -6,8 +6,8 @@ from math import exp, log
 
 from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_FORMS, DAMPING_PLACES, GYROSCOPIC, ROTATION
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes, with_value
-from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
 from tumble.compare.grade.hypotheses.names import ANGULAR_DAMPING, LINEAR_DAMPING
+from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
 from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, LINEARLY
 from tumble.compare.grade.model.program_model import next_tick
 from tumble.compare.grade.search.causal import CausalSearch

@@ -73,7 +73,7 @@ class Evaluator:
             and scale.is_noise(rms_m, max_m, correlation, len(errors) - 1)
             and is_even(errors)
             and not spares_rows(errors, scale.floors_m),
-            weight=scale.weight(weighted_rms_m, self.cost(mistakes)) + self._vagueness(scale),
+            weight=scale.weight(in_floors, self.cost(mistakes) + self._vagueness(scale)),
             weighted_rms_m=in_floors * self.scale.floor_m,
         )
 
@@ -108,11 +108,10 @@ class Evaluator:
         return single_floor(program, times, self.points)
 
     def _vagueness(self, scale: ResidualScale) -> float:
-        """Return the weight of a larger noise floor: what it explains is worth less."""
-        if scale is self.scale:
+        """Return the weight of a larger noise floor, which explains more: of the likelihood of normal deviations."""
+        if scale is self.search_scale:
             return 0.0
-        ratios = np.log(scale.floors_m / self.search_scale.floors_m)
-        return 2.0 * self.scale.numbers * float(ratios.mean())
+        return 2.0 * scale.numbers * float(np.log(scale.floors_m / self.search_scale.floors_m).mean())
 
     def _autocorrelation(self, program: ProgramModel, errors: Array) -> float:
         """Return the autocorrelation of errors in world axes or in body axes, the larger one."""

@@ -30,6 +30,9 @@ ORDERS = {
 }  # fmt: skip
 # Substeps in which some programs move the centre.
 SUBSTEPS = (1, 2, 4, 8)
+# Rotations, and whether the quaternion is normalised; and gyroscopic terms of explicit steps.
+ROTATIONS = (*((rotation, 1) for rotation in ROTATION), ("first order", 0))
+OF_EXPLICIT = ("none", "explicit", "implicit", "rescaled", "momentum")
 # Steps from one instant to the next at which events happen.
 STEPS_A_TICK = (1, 2, 4, 8)
 # Row intervals by which rows may be late.
@@ -150,10 +153,8 @@ class Proposals:
     def _with_other_details(self, mistakes: Mistakes) -> Iterator[tuple[object, Mistakes]]:
         """Yield programs that move the centre in another number of substeps, or never normalise the quaternion."""
         for own, step in self._own_step(mistakes):
-            for substeps, normalise_every in product(SUBSTEPS, (1, 0)):
-                if normalise_every or own.rotation == "first order":
-                    other = replace(own, substeps=substeps, normalise_every=normalise_every)
-                    yield ("details",), self._with_step(mistakes, step, other)
+            for substeps in SUBSTEPS if not own.explicit else ():
+                yield ("details",), self._with_step(mistakes, step, replace(own, substeps=substeps))
 
     def _own_step(self, mistakes: Mistakes) -> Iterator[tuple[Step, Mistake]]:
         """Yield the step of a program in symplectic steps."""
@@ -209,8 +210,10 @@ class Proposals:
         missing = self.schemes.gyroscopic_term_missing()
         for kind in ("explicit",) if self._equal or is_factor else GYROSCOPIC:
             base = others if is_factor else without if kind != "none" else (*without, missing)
-            for rotation in ROTATION:
-                yield SchemeKind((kind, rotation), base, self.schemes.step(Step(kind, rotation)), 2)
+            for explicit, (rotation, normalise_every) in product((False, True), ROTATIONS):
+                if not explicit or kind in OF_EXPLICIT:
+                    own = Step(kind, rotation, normalise_every=normalise_every, explicit=explicit)
+                    yield SchemeKind((own,), base, self.schemes.step(own), 2)
         for hypothesis in self._methods:
             yield SchemeKind((hypothesis,), others, hypothesis, ORDERS.get(hypothesis.name, 1))
 

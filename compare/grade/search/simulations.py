@@ -12,7 +12,6 @@ from tumble.compare.grade.model.program_model import SEARCHING, Pose, ProgramMod
 from tumble.compare.grade.search.shells import Shells
 from tumble.scenarios.frames import Array
 
-
 # Columns of a simulated row.
 V, W = slice(12, 15), slice(15, 18)
 

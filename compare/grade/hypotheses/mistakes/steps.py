@@ -6,13 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice, grid
-from tumble.compare.grade.hypotheses.names import SPIN_RECOVERED, SYMPLECTIC_EULER, VELOCITY_IN_BODY_AXES
+from tumble.compare.grade.hypotheses.names import SPIN_RECOVERED, VELOCITY_IN_BODY_AXES
 from tumble.compare.grade.model.kernel.dynamics import (
     ALONG_SCREW,
     EXPLICIT,
-    EXPONENTIAL,
     HEUN,
-    IMPLICIT,
     IN_BODY,
     IN_BODY_AXES,
     IN_WORLD,
@@ -21,7 +19,6 @@ from tumble.compare.grade.model.kernel.dynamics import (
     ORDER_2,
     ORDER_3,
     ORDER_4,
-    QUATERNION,
     RALSTON,
     RUNGE_KUTTA,
     SHU_OSHER,
@@ -62,44 +59,7 @@ def steps(context: Context) -> Iterator[Hypothesis]:
     """
     if _longest(context) * MOST_KNOWN_STEPS < context.duration:
         return  # rows are too dense to simulate a step between them
-    explicit, symplectic = "explicit Euler with a step of {} s", "symplectic Euler with a step of {} s"
     equal = np.ptp(context.program.moments) == 0
-    for attitude, update in ((QUATERNION, ""), (EXPONENTIAL, EXACT)):
-        for stored, text in ((IN_WORLD, ""), (IN_BODY, BODY), (MOMENTUM, CONSERVED))[: 1 if equal else 3]:
-            yield _euler(
-                context,
-                "explicit-euler",
-                explicit + text + update,
-                attitude,
-                EXPLICIT,
-                stored,
-                variant=bool(text or update),
-            )
-    for attitude, update in ((EXPONENTIAL, ""), (QUATERNION, FIRST_ORDER)):
-        kinds = ((EXPLICIT, IN_BODY, ""), (EXPLICIT, MOMENTUM, CONSERVED), (IMPLICIT, IN_BODY, IMPLICITLY))
-        for spin, stored, text in kinds[: 1 if equal else 3]:
-            yield _euler(
-                context,
-                SYMPLECTIC_EULER,
-                symplectic + text + update,
-                attitude,
-                spin,
-                stored,
-                symplectic=True,
-                variant=bool(text or update),
-            )
-    for stored, text in ((IN_WORLD, ""), (IN_BODY, BODY), (MOMENTUM, CONSERVED))[: 1 if equal else 3]:
-        never = f"{explicit}{text}, quaternion never normalised"
-        yield _euler(
-            context,
-            "quaternion-never-normalised",
-            never,
-            QUATERNION,
-            EXPLICIT,
-            stored,
-            normalise_every=0,
-            variant=bool(text),
-        )
     if context.kind != "pose":
         shears = "explicit Euler on the rotation matrix with a step of {} s: the shape is not rigid"
         yield _euler(context, "matrix-euler", shears, MATRIX, EXPLICIT, MOMENTUM)
