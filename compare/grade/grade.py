@@ -265,7 +265,7 @@ def grade(
         points = output_points(scene.body)[list(measured.description.vertices)]
         has_centre = measured.description.has_centre
         offset = constant_offset(sample, points, scale.floors_m) if has_centre else None
-        observed = tuple(observations(measured, scene, scale.floors_m, points, offset))
+        observed = tuple(observations(measured, sample, scene, scale.floors_m, points, offset))
         on_measured(measured, observed)
         if offset is not None and offset.body.any():
             context = replace(context, offset=offset.body)
