@@ -101,7 +101,7 @@ class Closing:
                     place = next(key for key, words in DAMPING_PLACES.items() if words == details["damping-place"])
                     rate = one.value
                     if place != AS_FORCE and step:
-                        rate = _rate(_left(rate * step, details["damping-form"]), text) / step
+                        rate = rate_of_a_step(left_in_a_step(rate * step, details["damping-form"]), text) / step
                     kind = one.hypothesis.name.partition("-")[0]
                     own = self._proposals.schemes.damping(kind, place, form if place != AS_FORCE else LINEARLY)
                     found.append(Mistake(own, _in_digits(rate, digits)))
@@ -135,14 +135,14 @@ def _in_digits(value: float, digits: int) -> float:
     return float(f"{value:.{digits - 1}e}")
 
 
-def _left(share: float, form: str) -> float:
+def left_in_a_step(share: float, form: str) -> float:
     """Return what a damping leaves of a velocity in a step; share: rate times step."""
     if form == DAMPING_FORMS[0]:
         return 1 - share
     return exp(-share) if form == DAMPING_FORMS[1] else 1 / (1 + share)
 
 
-def _rate(left: float, form: str) -> float:
+def rate_of_a_step(left: float, form: str) -> float:
     """Return the rate times the step of a form of damping that leaves a share of a velocity in a step."""
     if form == DAMPING_FORMS[0] or left <= 0:
         return 1 - left
