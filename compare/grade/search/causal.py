@@ -66,17 +66,19 @@ class Candidate:
 class CausalSearch:
     """Searches for the mistakes of the program that wrote some rows."""
 
-    def __init__(self, evaluator: Evaluator, stops_at: float) -> None:
+    def __init__(self, evaluator: Evaluator) -> None:
         self._evaluator = evaluator
         self._context, self._sample, self._points = evaluator.context, evaluator.rows, evaluator.points
-        self._scale, self._cost, self._stops_at = evaluator.search_scale, evaluator.cost, stops_at
+        self._scale, self._cost = evaluator.search_scale, evaluator.cost
         self.proposals = self._proposals = Proposals(evaluator.context, evaluator.hypotheses)
         self._events = np.array([impulse.time for impulse in self._context.program.impulses])
         self.trials, self.is_stopped = 0, False
+        self.look_at_all()
         self.log: list[str] = []
 
-    def candidates(self) -> list[Candidate]:
-        """Return the best programs, best first."""
+    def candidates(self, stops_at: float) -> list[Candidate]:
+        """Return the best programs, best first; stops_at: processor time [s]."""
+        self._stops_at = stops_at
         pool = [Candidate((), 0.0, 0.0, False)]
         for until in self._horizons():
             self._begin(until)
@@ -89,12 +91,23 @@ class CausalSearch:
                 break
             finally:
                 self.trials += self._simulations.trials
+        self.look_at_all()
         return pool
 
-    def close(self) -> None:
+    def look_at_all(self) -> None:
         """Look at all of the run, whatever time that takes."""
         self._stops_at = np.inf
         self._begin(self._context.duration)
+
+    def closest(self, programs: Sequence[Mistakes], count: int) -> list[Mistakes]:
+        """Return so many programs that leave least of all of the run, best first."""
+        self._fit.is_free = False
+        weights = self._profiled(programs, np.empty(0))
+        return [programs[n] for n in np.argsort(weights, kind="stable")[:count]]
+
+    def is_near(self, mistakes: Mistakes) -> bool:
+        """Return whether what a program leaves of the run is small enough to look at it more closely."""
+        return self._simulations.shells.is_near(self._simulations.errors([mistakes])[0])
 
     def refitted(self, mistakes: Mistakes) -> Mistakes:
         """Return mistakes with values fitted to all of the run."""

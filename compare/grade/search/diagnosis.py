@@ -1,4 +1,4 @@
-"""Runs the stages of a search against the rows of a trajectory, and ranks the explanations that they find."""
+"""Diagnoses rows: engines first, then a search; ranks what they find, and names the engines that do the same."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -13,6 +13,7 @@ from tumble.compare.grade.measure.significance import ALIKE
 from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.closing import Closing
+from tumble.compare.grade.search.engine_search import EngineSearch
 from tumble.compare.grade.search.evaluator import Evaluator
 
 # Programs that are simulated finely over all rows, of the best.
@@ -69,27 +70,29 @@ def diagnosed(
     """
     null = evaluator.explain(())
     if null.within_floor:
-        return _ranked(evaluator, null, [], ())
-    search = CausalSearch(evaluator, thread_time() + search_s)
-    found = search.candidates()
-    search.close()
-    closing = Closing(evaluator, search)
-    explained = sorted((evaluator.explain(each.mistakes) for each in found[:FINALISTS]), key=by_weight)
+        return _ranked(evaluator, null, [])
+    search = CausalSearch(evaluator)
+    engine_search, closing = EngineSearch(evaluator, search, engines), Closing(evaluator, search)
+    explained = engine_search.defaults()
+    if not (explained and explained[0].within_floor):
+        if explained:
+            on_nearest(explained[0])
+        found = search.candidates(thread_time() + search_s)
+        explained += [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
+    explained.sort(key=by_weight)
     if explained and explained[0].within_floor:
         whole = [closing.simplified(each) for each in explained if each.within_floor]
         others = closing.alternatives(min(whole, key=by_weight))
         explained = [*whole, *others, *(each for each in explained if not each.within_floor)]
         if (best := min(explained, key=by_weight)) in others:
             explained.append(closing.simplified(best))
-        explained.sort(key=by_weight)
-    stopped = search_s if search.is_stopped else 0.0
     evaluator.trials += search.trials
-    return replace(_ranked(evaluator, null, explained, ()), stopped_s=stopped)
+    ranked = _ranked(evaluator, null, explained)
+    stopped = search_s if search.is_stopped else 0.0
+    return replace(ranked, stopped_s=stopped, engines=engine_search.fitting(ranked.best, closing))
 
 
-def _ranked(
-    evaluator: Evaluator, null: Explanation, found: Sequence[Explanation], engines: tuple[str, ...]
-) -> Diagnosis:
+def _ranked(evaluator: Evaluator, null: Explanation, found: Sequence[Explanation]) -> Diagnosis:
     """Return the best of the explanations that a search has found, and those that fit equally well."""
     # Where single precision decides nothing, a run that is right may be off by more than one that is not.
     helpful = [null, *(each for each in found if each.max_m < null.max_m or each.within_floor)]
@@ -107,7 +110,6 @@ def _ranked(
         steps=tuple(_steps(evaluator, null, best)),
         trials=evaluator.trials,
         program=evaluator.program_with(best.mistakes),
-        engines=engines,
     )
 
 
