@@ -115,13 +115,18 @@ class CausalSearch:
         return self._fit.fitted(mistakes)[0]
 
     def alternatives(self, mistakes: Mistakes) -> list[Mistakes]:
-        """Return programs that fit as well as one, best first: with a change, or with one mistake in the place of two."""
+        """Return programs that fit as well as one, best first.
+
+        They have a change, another scheme in the place of a mistake, or one mistake in the place of two.
+        """
         self._fit.is_free = False
         slopes, least = self._slopes(mistakes), self._fitted(mistakes).weight
         run = self._run(mistakes)
         programs = [program for _, program in self._proposals.with_others(mistakes, run)]
         programs += self._proposals.with_same_step(mistakes)
         kept = [m for m in mistakes if m.hypothesis.part != STEPS]
+        for one in kept:
+            programs += self._schemes(tuple(m for m in mistakes if m is not one))
         for one, other in combinations(kept, 2):
             fewer = tuple(m for m in mistakes if m is not one and m is not other)
             programs += [each for _, several in self._proposals.with_one_more(fewer, run) for each in several]

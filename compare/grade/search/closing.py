@@ -16,7 +16,7 @@ from tumble.compare.grade.search.proposals import STEPS
 
 # Residuals within the floor, an upper bound of rounding: one is larger if it is this many times another, but not if it
 # is below this share of the floor.
-LARGER, HIDDEN = 3.0, 0.5
+LARGER, HIDDEN = 1.5, 0.5
 # Significant digits of a value that a person wrote.
 FEW_DIGITS = (1, 2, 3, 4)
 # Other programs that are simulated finely.
@@ -49,12 +49,22 @@ class Closing:
         return other.within_floor and other.weighted_rms_m <= most_m
 
     def _without_mistakes(self, best: Explanation) -> Explanation:
+        """Return an explanation without mistakes that have no effect, alone or with what its step does at ticks."""
         for mistake in best.mistakes:
             others = tuple(other for other in best.mistakes if other.hypothesis is not mistake.hypothesis)
-            fewer = self._evaluator.explain(self._search.refitted(others))
-            if self.is_as_good(fewer, best):
-                best = fewer
+            for some in dict.fromkeys((others, self._with_plain_ticks(others))):
+                fewer = self._evaluator.explain(self._search.refitted(some))
+                if self.is_as_good(fewer, best):
+                    best = fewer
+                    break
         return best
+
+    def _with_plain_ticks(self, mistakes: Mistakes) -> Mistakes:
+        """Return mistakes of a program in which something can happen in every step."""
+        schemes = self._proposals.schemes
+        step = next((m for m in mistakes if m.hypothesis.part == STEPS), None)
+        own = schemes.of_step(step.hypothesis) if step else None
+        return self._with_step(mistakes, step, replace(own, steps_a_tick=1)) if step and own else mistakes
 
     def _plain(self, best: Explanation) -> Explanation:
         """Return an explanation with the plainest values that fit as well."""

@@ -218,11 +218,14 @@ class Proposals:
             yield SchemeKind((hypothesis,), others, hypothesis, ORDERS.get(hypothesis.name, 1))
 
     def with_same_step(self, mistakes: Mistakes) -> Iterator[Mistakes]:
-        """Yield programs with another scheme of the same step."""
-        step = next((m for m in mistakes if m.hypothesis.part == STEPS), None)
-        if step is not None:
+        """Yield programs with another scheme of the same step, with which events happen at the same instants."""
+        for step in (m for m in mistakes if m.hypothesis.part == STEPS):
+            own = self.schemes.of_step(step.hypothesis)
             for kind in self.with_other_schemes(mistakes):
-                yield self.ordered((*kind.others, Mistake(kind.hypothesis, step.value)))
+                hypothesis, other = kind.hypothesis, self.schemes.of_step(kind.hypothesis)
+                if own and other:
+                    hypothesis = self.schemes.step(replace(other, steps_a_tick=own.steps_a_tick))
+                yield self.ordered((*kind.others, Mistake(hypothesis, step.value)))
 
     def first_step(self, mistakes: Mistakes, until: float, longest: float) -> float:
         """Return the longest step that a program may take [s], but not more than a length; 0 for none."""
