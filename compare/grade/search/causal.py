@@ -123,7 +123,7 @@ class CausalSearch:
         slopes, least = self._slopes(mistakes), self._fitted(mistakes).weight
         run = self._run(mistakes)
         programs = [program for _, program in self._proposals.with_others(mistakes, run)]
-        programs += self._proposals.with_same_step(mistakes)
+        programs += [*self._proposals.with_same_step(mistakes), *self._proposals.with_other_steps(mistakes)]
         kept = [m for m in mistakes if m.hypothesis.part != STEPS]
         for one in kept:
             programs += self._schemes(tuple(m for m in mistakes if m is not one))
@@ -303,7 +303,7 @@ class CausalSearch:
                 nearest = {s for ideal in ideals for s in self._proposals.steps_near(mistakes, self._until, ideal)}
                 wanted += [(kinds[number], self._upon(kinds[number], s)) for s in sorted(nearest) if s != first]
         tried = [program for _, program in wanted]
-        slopes = self._slopes_with_damping(mistakes)
+        slopes = self._all_slopes(mistakes)
         scores = self._profiled(tried, slopes)
         likely = [tried[number] for number in _best([kind.key for kind, _ in wanted], scores)]
         detailed = [each for one in likely[:DETAILED] for each in self._proposals.with_details(one)]
@@ -329,15 +329,12 @@ class CausalSearch:
             rates = {m.value for m in tried[best] if m.hypothesis is hypothesis}
         return [each for one in several for each in self._proposals.damped_anywhere(one, max(rates))]
 
-    def _slopes_with_damping(self, mistakes: Mistakes) -> Array:
-        """Return the derivatives by the values that are fitted, and by damping of the rotation."""
-        slopes = self._slopes(mistakes)
-        if any(m.hypothesis.part == "angular damping" for m in mistakes):
-            return slopes
-        hypothesis = self._proposals.angular_damping(mistakes)
-        damped = self._proposals.ordered((*mistakes, Mistake(hypothesis, 0.0)))
-        own = self._fit.directions(damped, [hypothesis], self._simulations.errors([mistakes])[0])
-        return np.concatenate((slopes, own))
+    def _all_slopes(self, mistakes: Mistakes) -> Array:
+        """Return the derivatives by the values that are fitted, and by those of what programs in steps often have."""
+        errors = self._simulations.errors([mistakes])[0]
+        usual = self._proposals.may_be_of_any_scheme(mistakes)
+        wanted = [(self._proposals.ordered((*mistakes, Mistake(one, 0.0))), one) for one in usual]
+        return np.concatenate((self._slopes(mistakes), *self._fit.directions_of(wanted, errors)))
 
     def _shares(self, found: Array, mistakes: Mistakes) -> list[float]:
         """Return the factors on the effects of schemes that make errors least, with what values explain left out.
@@ -345,7 +342,7 @@ class CausalSearch:
         found: residuals with each scheme, (V, T, K, 3); mistakes: that it is put upon.
         """
         shells = self._simulations.shells
-        errors, slopes = self._simulations.errors([mistakes]), self._slopes_with_damping(mistakes)
+        errors, slopes = self._simulations.errors([mistakes]), self._all_slopes(mistakes)
         root = np.sqrt(shells.precisions(errors))[..., None]
         with np.errstate(all="ignore"):
             every = np.nan_to_num(np.concatenate((errors, found - errors, slopes)), posinf=0.0, neginf=0.0)

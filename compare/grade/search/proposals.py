@@ -10,7 +10,7 @@ from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_PLACES, GYROS
 from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import NEAR, Context, Hypothesis
 from tumble.compare.grade.hypotheses.hypothesis import STEPS as STEPS_S
-from tumble.compare.grade.hypotheses.names import GYROSCOPIC_TERM_MISSING, SPIN_RECOVERED
+from tumble.compare.grade.hypotheses.names import CLOCK_OFFSET, GYROSCOPIC_TERM_MISSING, SPIN_RECOVERED
 from tumble.compare.grade.hypotheses.scheme_hypotheses import TURNED_ASIDE, SchemeHypotheses, Step
 from tumble.compare.grade.model.kernel.dynamics import AFTER_FORCES, AS_FORCE, LINEARLY
 from tumble.compare.grade.model.program_model import next_tick
@@ -51,6 +51,10 @@ STEPS, GYRO = "steps", "gyroscopic"
 PARTS, IN_A_TICK = (1, 2, 3, 4, 5, 8, 10, 16, 20, 32, 40, 80), (1, 2, 4, 8)
 # Of these, so many next to a length are tried; and usual steps that differ from it by less than this factor's logarithm.
 NEXT, CLOSE = 2, 0.1
+# Parts that are tried even if they seem too long, as errors of very long steps grow in no order.
+ALWAYS = (1, 2)
+# Steps that differ from another by less than this factor are similar.
+SIMILAR = 1.7
 
 
 @dataclass(frozen=True)
@@ -133,6 +137,12 @@ class Proposals:
         has_steps = any(m.hypothesis.part == STEPS for m in mistakes)
         return self.schemes.damping("angular", number if has_steps else AS_FORCE, LINEARLY)
 
+    def may_be_of_any_scheme(self, mistakes: Mistakes) -> list[Hypothesis]:
+        """Return mistakes that programs in steps often have, of parts in which a program has none."""
+        taken = {m.hypothesis.part for m in mistakes}
+        offset = next(h for h in self.hypotheses if h.name == CLOCK_OFFSET)
+        return [h for h in (self.angular_damping(mistakes), offset) if h.part not in taken]
+
     def with_others(self, mistakes: Mistakes, run: Run) -> Iterator[tuple[object, Mistakes]]:
         """Yield programs with another mistake of the same part, or of a twin, in the place of one; and a key of each."""
         taken = {m.hypothesis.part for m in mistakes}
@@ -166,8 +176,11 @@ class Proposals:
         return tuple(Mistake(self.schemes.step(other), m.value) if m is step else m for m in mistakes)
 
     def with_details(self, mistakes: Mistakes) -> Iterator[Mistakes]:
-        """Yield programs that store the rotation otherwise, or take w from attitudes."""
+        """Yield programs that store the rotation otherwise, or take w from attitudes, or write rows a step late or early."""
+        is_on_time = not any(m.hypothesis.part == "clock offset" for m in mistakes)
         for own, step in self._own_step(mistakes):
+            for sign in (1, -1) if is_on_time else ():
+                yield self.ordered((*mistakes, Mistake(self.schemes.late(sign).hypothesis, step.value)))
             if own.gyroscopic in TURNED_ASIDE or own.rotation in TURNED_ASIDE:
                 yield self._with_step(mistakes, step, replace(own, other_axes=not own.other_axes))
             for number in STEPS_A_TICK:
@@ -227,6 +240,16 @@ class Proposals:
                     hypothesis = self.schemes.step(replace(other, steps_a_tick=own.steps_a_tick))
                 yield self.ordered((*kind.others, Mistake(hypothesis, step.value)))
 
+    def with_other_steps(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+        """Yield programs with a somewhat longer or shorter step of the same scheme."""
+        for step in (m for m in mistakes if m.hypothesis.part == STEPS):
+            interval = self._interval(mistakes)
+            count = round(interval / step.value)
+            for other in range(max(1, int(count / SIMILAR)), int(count * SIMILAR) + 2):
+                if other != count and (other in PARTS or abs(other - count) <= NEXT):
+                    moved = Mistake(step.hypothesis, interval / other)
+                    yield tuple(moved if m is step else m for m in mistakes)
+
     def first_step(self, mistakes: Mistakes, until: float, longest: float) -> float:
         """Return the longest step that a program may take [s], but not more than a length; 0 for none."""
         interval = self._interval(mistakes)
@@ -239,7 +262,7 @@ class Proposals:
         usual = sorted(PARTS, key=lambda part: abs(np.log(interval / part / ideal)))[:NEXT]
         nearest = max(1, round(interval / ideal))
         others = [h for h in STEPS_S if h < interval and abs(np.log(h / ideal)) < CLOSE] if not self._has_tick(mistakes) else []
-        found = dict.fromkeys([*(interval / part for part in (*usual, nearest)), *others])
+        found = dict.fromkeys([*(interval / part for part in (*ALWAYS, *usual, nearest)), *others])
         return [step for step in found if until <= MOST_STEPS * step]
 
     def _interval(self, mistakes: Mistakes) -> float:
