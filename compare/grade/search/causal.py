@@ -126,7 +126,9 @@ class CausalSearch:
         programs += [*self._proposals.with_same_step(mistakes), *self._proposals.with_other_steps(mistakes)]
         kept = [m for m in mistakes if m.hypothesis.part != STEPS]
         for one in kept:
-            programs += self._schemes(tuple(m for m in mistakes if m is not one))
+            others = tuple(m for m in mistakes if m is not one)
+            programs += self._schemes(others)
+            programs += [each for _, several in self._one_more(others) for each in several]
         for one, other in combinations(kept, 2):
             fewer = tuple(m for m in mistakes if m is not one and m is not other)
             programs += [each for _, several in self._proposals.with_one_more(fewer, run) for each in several]
@@ -247,13 +249,10 @@ class CausalSearch:
         mistakes = candidate.mistakes
         run = self._run(mistakes)
         slopes = self._slopes(mistakes)
-        errors = self._simulations.errors([mistakes])[0]
         programs: list[Mistakes] = []
         owners: list[object] = []
         shares: list[float] = []
-        more = list(self._proposals.with_one_more(mistakes, run))
-        linear = [(several[0], hypothesis) for hypothesis, several in more if _is_linear(hypothesis)]
-        for hypothesis, several in [*more, *self._solved(linear, slopes, errors)]:
+        for hypothesis, several in self._one_more(mistakes):
             programs += several
             owners += [hypothesis] * len(several)
             shares += [_share_of(hypothesis)] * len(several)
@@ -271,6 +270,12 @@ class CausalSearch:
             child.rank = candidate.rank - share * (candidate.score - child.score)
             found.append(child)
         return found
+
+    def _one_more(self, mistakes: Mistakes) -> list[tuple[Hypothesis, list[Mistakes]]]:
+        """Return each mistake that can be added, and programs with its first values, and better ones if it is linear."""
+        more = list(self._proposals.with_one_more(mistakes, self._run(mistakes)))
+        linear = [(several[0], hypothesis) for hypothesis, several in more if _is_linear(hypothesis)]
+        return more + self._solved(linear, self._slopes(mistakes), self._simulations.errors([mistakes])[0])
 
     def _run(self, mistakes: Mistakes) -> Run:
         return Run(self._until, self._context.spacing_s, self._simulations.fastest(mistakes))
