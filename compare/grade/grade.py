@@ -378,4 +378,4 @@ def diagnose(
     """
     points = output_points(context.scene.body)[list(description.vertices)]
     evaluator = Evaluator(context, hypotheses(context), sample, points, scale, single)
-    return diagnosed(evaluator, engines, on_nearest, search_s)
+    return diagnosed(evaluator, engines, on_nearest, on_progress, search_s)

@@ -198,15 +198,6 @@ def engine_runs(context: Context, schemes: Sequence[EngineScheme] = ENGINES) -> 
     yield from _stepped_schemes(context, schemes)
 
 
-def scheme_combinations(context: Context, schemes: Sequence[EngineScheme] = ENGINES) -> Iterator[SteppedScheme]:
-    """Yield all combinations of the engines' gyroscopic schemes, rotations and dampings."""
-    parts = ((scheme.gyroscopic, scheme.rotation, scheme.damping) for scheme in schemes)
-    kinds = product(*(dict.fromkeys(part) for part in zip(*parts, strict=True)))
-    for stepped in _stepped_schemes(context, [EngineScheme("", *kind) for kind in kinds]):
-        if stepped.late == 0 and not stepped.impulse_as_force:
-            yield stepped
-
-
 def _stepped_schemes(context: Context, schemes: Sequence[EngineScheme]) -> Iterator[SteppedScheme]:
     schemes = [
         scheme for number, scheme in enumerate(schemes) if not any(is_same(scheme, other) for other in schemes[:number])

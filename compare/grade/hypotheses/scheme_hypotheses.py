@@ -148,7 +148,9 @@ def _step(own: Step, steps: tuple[tuple[float, str], ...]) -> Hypothesis:
     more.append(f"position moved in {own.substeps} substeps" if own.substeps > 1 else "")
     axes = ("world" if own.stored == IN_WORLD else "body") if own.other_axes else ""
     more.append(f"angular velocity stored in {axes} axes" if axes else "")
-    more.append(f"{own.steps_a_tick} steps from one impulse that is possible to the next" if own.steps_a_tick > 1 else "")
+    more.append(
+        f"{own.steps_a_tick} steps from one impulse that is possible to the next" if own.steps_a_tick > 1 else ""
+    )
     # v changes by a dt / n in each of n substeps, after which x moves.
     position_weight = 0.0 if own.explicit else (own.substeps + 1) / (2 * own.substeps)
     title = "explicit" if own.explicit else "symplectic"

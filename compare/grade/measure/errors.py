@@ -406,7 +406,9 @@ def _may_be_single(trajectory: Trajectory) -> bool:
     Vertices, and lengths in another unit, are computed when they are written, perhaps in double precision.
     """
     description = trajectory.descriptions[0]
-    if description.kind == "vertices" or any(trajectory.columns[name].factor != 1.0 for name in CENTRE if name in trajectory.columns):
+    if description.kind == "vertices" or any(
+        trajectory.columns[name].factor != 1.0 for name in CENTRE if name in trajectory.columns
+    ):
         return True
     return any(any(one.place for one in group) for group in _unrefuted(trajectory))
 

@@ -69,7 +69,7 @@ class ResidualScale:
         return unrelated and rms_m <= LARGEST_NOISE * self.size_m and max_m <= SPIKE * rms_m
 
     def weight(self, in_floors: float, cost: float) -> float:
-        """Return the Bayesian information criterion of a residual in floors with a cost of assumptions; smaller is better.
+        """Return the Bayesian information criterion of a residual in floors, with a cost; smaller is better.
 
         The noise is unknown but above the floor, which is added to the residual.
         Source: Schwarz, Ann. Statist. 6 (1978) 461.

@@ -1,6 +1,6 @@
 """Finds the mistakes of a program in the order in which they show: first in the first rows, then in more and more."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
@@ -74,13 +74,19 @@ class CausalSearch:
         self._events = np.array([impulse.time for impulse in self._context.program.impulses])
         self.trials, self.is_stopped = 0, False
         self.look_at_all()
-        self.log: list[str] = []
 
-    def candidates(self, stops_at: float) -> list[Candidate]:
-        """Return the best programs, best first; stops_at: processor time [s]."""
+    def candidates(
+        self, stops_at: float, on_progress: Callable[[float], object] = lambda share: None
+    ) -> list[Candidate]:
+        """Return the best programs, best first.
+
+        stops_at: processor time [s]; on_progress: called with the share that is done.
+        """
         self._stops_at = stops_at
         pool = [Candidate((), 0.0, 0.0, False)]
-        for until in self._horizons():
+        horizons = self._horizons()
+        for number, until in enumerate(horizons):
+            on_progress(number / len(horizons))
             self._begin(until)
             try:
                 pool = self._explored([c.mistakes for c in pool[:KEPT]])
@@ -200,10 +206,6 @@ class CausalSearch:
                 self._add(pool, child)
             if others is None:
                 others = _different(found)
-            self.log.append(
-                f"until {self._until:.3g}{'' if self._fit.is_free else ' named'}: from {_names(chosen)} {chosen.rank:.0f}/{chosen.score:.0f} "
-                "-> " + "; ".join(f"{_names(c)} {c.rank:.0f}/{c.score:.0f}/{c.weight:.0f}{c.is_whole}" for c in found[:4])
-            )
             if not found or chosen.rank - found[0].rank < self._much:
                 break
             chosen = self._simpler(pool, found[0])
@@ -272,7 +274,7 @@ class CausalSearch:
         return found
 
     def _one_more(self, mistakes: Mistakes) -> list[tuple[Hypothesis, list[Mistakes]]]:
-        """Return each mistake that can be added, and programs with its first values, and better ones if it is linear."""
+        """Return each mistake that can be added, and programs with its first values, and better ones."""
         more = list(self._proposals.with_one_more(mistakes, self._run(mistakes)))
         linear = [(several[0], hypothesis) for hypothesis, several in more if _is_linear(hypothesis)]
         return more + self._solved(linear, self._slopes(mistakes), self._simulations.errors([mistakes])[0])
@@ -450,14 +452,3 @@ def _best(owners: Sequence[object], weights: Array) -> list[int]:
         if weights[number] < weights[best]:
             found[owner] = number
     return sorted(found.values(), key=lambda number: weights[number])
-
-
-def _names(candidate: Candidate) -> str:
-    return (
-        "{"
-        + ", ".join(
-            f"{m.hypothesis.name}{[w for _, w in m.hypothesis.details if w] or ''}={tuple(round(v, 5) for v in m.value) if isinstance(m.value, tuple) else round(m.value, 6)}"
-            for m in candidate.mistakes
-        )
-        + "}"
-    )

@@ -100,7 +100,9 @@ class Closing:
 
         c dt, exp(-c dt) and 1/(1 + c dt) reduce a velocity equally in a step, with different rates c.
         """
-        damping = [m for m in mistakes if m.hypothesis.name in (LINEAR_DAMPING, ANGULAR_DAMPING) and m.hypothesis.details]
+        damping = [
+            m for m in mistakes if m.hypothesis.name in (LINEAR_DAMPING, ANGULAR_DAMPING) and m.hypothesis.details
+        ]
         step = next((m.value for m in mistakes if m.hypothesis.part == STEPS), 0.0)
         others = tuple(m for m in mistakes if m not in damping)
         for digits in FEW_DIGITS if damping else ():

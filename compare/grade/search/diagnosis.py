@@ -53,6 +53,7 @@ def diagnosed(
     evaluator: Evaluator,
     engines: Sequence[EngineScheme] = ENGINES,
     on_nearest: Callable[[Explanation], None] = lambda _: None,
+    on_progress: Callable[[float], object] = lambda share: None,
     search_s: float = np.inf,
 ) -> Diagnosis:
     """Search for the mistakes that explain the rows.
@@ -62,6 +63,7 @@ def diagnosed(
     evaluator : evaluates mistakes against the rows
     engines : the schemes that are tried
     on_nearest : called with the nearest scheme if none fits and a search begins
+    on_progress : called with the share of the search that is done
     search_s : processor time after which the search stops with the best explanation so far [s]
 
     Returns
@@ -77,7 +79,7 @@ def diagnosed(
     if not (explained and explained[0].within_floor):
         if explained:
             on_nearest(explained[0])
-        found = search.candidates(thread_time() + search_s)
+        found = search.candidates(thread_time() + search_s, on_progress)
         explained += [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
     explained.sort(key=by_weight)
     if explained and explained[0].within_floor:
@@ -156,5 +158,6 @@ def _key(explanation: Explanation) -> frozenset[tuple]:
     """Return the names of the mistakes, and the parts of the step."""
     parts = ("gyroscopic", "rotation")
     return frozenset(
-        (m.hypothesis.name, *(word for part, word in m.hypothesis.details if part in parts)) for m in explanation.mistakes
+        (m.hypothesis.name, *(word for part, word in m.hypothesis.details if part in parts))
+        for m in explanation.mistakes
     )

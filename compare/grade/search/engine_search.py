@@ -38,7 +38,7 @@ class EngineSearch:
         return sorted(found, key=lambda one: one.weight)[:FINALISTS]
 
     def fitting(self, best: Explanation, closing: Closing) -> tuple[str, ...]:
-        """Return the engines that fit as well as the best explanation, at its step; with shifted rows if none else does."""
+        """Return the engines that fit as well as the best explanation, at its step; with shifted rows last."""
         step = next((m.value for m in best.mistakes if m.hypothesis.part == STEPS), 0.0)
         if not step or not best.within_floor:
             return ()

@@ -1,4 +1,4 @@
-"""Evaluates explanations: what mistakes leave of all sampled rows, finely simulated, and what it costs to assume them."""
+"""Evaluates explanations: what mistakes leave of all rows, finely simulated, and what it costs to assume them."""
 
 from collections.abc import Sequence
 
@@ -105,7 +105,7 @@ class Evaluator:
         return self.single or program.clock.interpolation != ZERO_ORDER_HOLD
 
     def _single_m(self, program: ProgramModel, times: Array) -> Array:
-        """Return the effect of single precision on a program at times [s], in m, (T,); one without steps has fine ones."""
+        """Return the effect of single precision at times [s], in m, (T,); its steps are fine if it has none."""
         if program.scheme.attitude == SMOOTH:
             program = stepwise(program, fine_step(self.context.spacing_s))
         return OF_THE_BOUND * single_floor(program, times, self.points)

@@ -49,7 +49,7 @@ MOST_STEPS = 6_000
 STEPS, GYRO = "steps", "gyroscopic"
 # Steps in a row interval, and in a tick between rows.
 PARTS, IN_A_TICK = (1, 2, 3, 4, 5, 8, 10, 16, 20, 32, 40, 80), (1, 2, 4, 8)
-# Of these, so many next to a length are tried; and usual steps that differ from it by less than this factor's logarithm.
+# Of these, so many next to a length are tried; and usual steps whose logarithm differs by less.
 NEXT, CLOSE = 2, 0.1
 # Parts that are tried even if they seem too long, as errors of very long steps grow in no order.
 ALWAYS = (1, 2)
@@ -68,7 +68,7 @@ class Run:
 
 @dataclass(frozen=True)
 class SchemeKind:
-    """A kind of scheme: a key, the mistakes that are put upon it, its hypothesis, and the largest order of its error."""
+    """A kind of scheme: a key, the mistakes that are put upon it, its hypothesis, and the order of its error."""
 
     key: tuple
     others: Mistakes
@@ -144,7 +144,7 @@ class Proposals:
         return [h for h in (self.angular_damping(mistakes), offset) if h.part not in taken]
 
     def with_others(self, mistakes: Mistakes, run: Run) -> Iterator[tuple[object, Mistakes]]:
-        """Yield programs with another mistake of the same part, or of a twin, in the place of one; and a key of each."""
+        """Yield programs with another mistake of the same part, or of a twin, in the place of one; with a key."""
         taken = {m.hypothesis.part for m in mistakes}
         for number, mistake in enumerate(mistakes):
             own = mistake.hypothesis
@@ -176,7 +176,7 @@ class Proposals:
         return tuple(Mistake(self.schemes.step(other), m.value) if m is step else m for m in mistakes)
 
     def with_details(self, mistakes: Mistakes) -> Iterator[Mistakes]:
-        """Yield programs that store the rotation otherwise, or take w from attitudes, or write rows a step late or early."""
+        """Yield programs that store the rotation otherwise, take w from attitudes, or write a step late or early."""
         is_on_time = not any(m.hypothesis.part == "clock offset" for m in mistakes)
         for own, step in self._own_step(mistakes):
             for sign in (1, -1) if is_on_time else ():
@@ -184,7 +184,9 @@ class Proposals:
             if own.gyroscopic in TURNED_ASIDE or own.rotation in TURNED_ASIDE:
                 yield self._with_step(mistakes, step, replace(own, other_axes=not own.other_axes))
             for number in STEPS_A_TICK:
-                if number != own.steps_a_tick and self._moves_events(step.value * own.steps_a_tick, step.value * number):
+                if number != own.steps_a_tick and self._moves_events(
+                    step.value * own.steps_a_tick, step.value * number
+                ):
                     yield self._with_step(mistakes, step, replace(own, steps_a_tick=number))
             if not any(m.hypothesis is self._recovered for m in mistakes):
                 yield self.ordered((*mistakes, Mistake(self._recovered)))
@@ -261,7 +263,11 @@ class Proposals:
         interval = self._interval(mistakes)
         usual = sorted(PARTS, key=lambda part: abs(np.log(interval / part / ideal)))[:NEXT]
         nearest = max(1, round(interval / ideal))
-        others = [h for h in STEPS_S if h < interval and abs(np.log(h / ideal)) < CLOSE] if not self._has_tick(mistakes) else []
+        others = (
+            [h for h in STEPS_S if h < interval and abs(np.log(h / ideal)) < CLOSE]
+            if not self._has_tick(mistakes)
+            else []
+        )
         found = dict.fromkeys([*(interval / part for part in (*ALWAYS, *usual, nearest)), *others])
         return [step for step in found if until <= MOST_STEPS * step]
 

@@ -128,8 +128,8 @@ class Shells:
     def without_translation(self, errors: Array, like: Array | None = None) -> Array:
         """Return residuals without those of the centre that another start, acceleration or impulse would explain.
 
-        They are polynomials of time between impulses, along each axis, fitted to rows as far as these are precise; like:
-        residuals that show how precise rows are, (T, K, 3), if those themselves do not.
+        They are polynomials of time between impulses, along each axis, fitted to rows as far as these are precise;
+        like: residuals that show how precise rows are, (T, K, 3), if those themselves do not.
         """
         if not self.is_pose:
             return errors

@@ -86,4 +86,6 @@ def test_a_time_that_takes_effect_at_ticks_is_moved_by_ticks():
 def test_steps_and_choices_are_not_fitted():
     step = Hypothesis("method", "steps", "{}", lambda program, value: program, (0.1, 0.2))
     which = hypothesis("which", (0.0, 1.0), choices=("this", "that"))
-    assert free_values((Mistake(step, 0.1), Mistake(which, 0.0), Mistake(SIZE, 1.0), Mistake(hypothesis("none")))) == [SIZE]
+    assert free_values((Mistake(step, 0.1), Mistake(which, 0.0), Mistake(SIZE, 1.0), Mistake(hypothesis("none")))) == [
+        SIZE
+    ]

@@ -19,10 +19,10 @@ Array = NDArray[np.float64]
 # in body axes; then, of a force, its lever and the row in which it began.
 EVENT = 16
 JUMP, BEGIN, END = 0.0, 1.0, 2.0
-# Update of the attitude.  SMOOTH: none, the run is continuous; MATRIX: the matrix to first order, never orthonormalised;
+# Update of the attitude.  SMOOTH: none, the run is continuous; MATRIX: R to first order, never orthonormalised;
 # RUNGE_KUTTA: the whole state is stepped, by the method in `spin`.  The others rotate by a vector t of length a: by the
 # angle a; by q + q t~ / 2, an angle of 2 atan(a/2); by two terms of the exponential series; by 2 asin(a/2); by atan(a),
-# which is the polar decomposition of (1 + [t]) R; by Gram-Schmidt from its columns; about x, then y, then z of the world.
+# the polar decomposition of (1 + [t]) R; by Gram-Schmidt from its columns; about x, then y, then z of the world.
 SMOOTH, QUATERNION, EXPONENTIAL, MATRIX, RUNGE_KUTTA = 0, 1, 2, 3, 4
 SECOND_ORDER, HALF_ANGLE, TANGENT, GRAM_SCHMIDT, AXIS_BY_AXIS = 5, 6, 7, 8, 9
 # Methods that evaluate the rates of change several times: the midpoint rule, Kutta's of order 3, the classical one;

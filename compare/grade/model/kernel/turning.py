@@ -55,10 +55,7 @@ def _by_another_angle(turn: Vector, attitude: int) -> Quaternion:
         x, y, z = scale(0.5, turn)
         return normalise((1.0 - square / 8.0, x, y, z))
     angle = math.sqrt(square)
-    if attitude == HALF_ANGLE:
-        half = math.asin(min(1.0, 0.5 * angle))
-    else:
-        half = 0.5 * math.atan(angle)
+    half = math.asin(min(1.0, 0.5 * angle)) if attitude == HALF_ANGLE else 0.5 * math.atan(angle)
     ratio = half / angle if square > SMALL_SQUARE else 0.5
     return exponential(scale(ratio, turn))
 
