@@ -123,7 +123,7 @@ class CausalSearch:
     def alternatives(self, mistakes: Mistakes) -> list[Mistakes]:
         """Return programs that fit as well as one, best first.
 
-        They have a change, another scheme in the place of a mistake, or one mistake in the place of two.
+        They have a change, another scheme in the place of a mistake, or one mistake in the place of two or of all.
         """
         self._fit.is_free = False
         slopes, least = self._slopes(mistakes), self._fitted(mistakes).weight
@@ -135,8 +135,8 @@ class CausalSearch:
             others = tuple(m for m in mistakes if m is not one)
             programs += self._schemes(others)
             programs += [each for _, several in self._one_more(others) for each in several]
-        for one, other in combinations(kept, 2):
-            fewer = tuple(m for m in mistakes if m is not one and m is not other)
+        pairs = [tuple(m for m in mistakes if m is not one and m is not other) for one, other in combinations(kept, 2)]
+        for fewer in dict.fromkeys([*pairs, ()]):
             programs += [each for _, several in self._proposals.with_one_more(fewer, run) for each in several]
         programs = list(dict.fromkeys(program for program in programs if program != mistakes))
         weights = self._profiled(programs, slopes)
