@@ -166,7 +166,8 @@ class Grade:
             return False
         fitted = [m for m in diagnosis.best.mistakes if m.hypothesis.fitted and not m.has_named_value]
         near = NEARLY_RIGHT_OF_SEVERAL if len(fitted) > 1 else NEARLY_RIGHT
-        nearly_right = [m for m in fitted if not m.hypothesis.unit and abs(m.value - 1) < near]
+        nearly_right = [m for m in fitted if not (m.hypothesis.unit or m.hypothesis.scale) and abs(m.value - 1) < near]
+        nearly_right += [m for m in fitted if m.hypothesis.scale and np.abs(m.value).max() < near * m.hypothesis.scale]
         if nearly_right or len(fitted) > MOST_FITTED:
             return True
         values = {m.hypothesis.part: m for m in diagnosis.best.mistakes}

@@ -1,5 +1,6 @@
 """Programs in steps: a slow clock has steps of its own time, rows may be a step late, and a step may be very long."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -30,7 +31,7 @@ def test_steps_are_a_part_of_a_slow_clocks_own_time(tmp_path):
 
 
 def test_rows_a_step_late_are_named_upon_a_scheme(tmp_path):
-    late = lambda rows: [rows[0], *((then[0], *before[1:]) for before, then in zip(rows, rows[1:], strict=False))]  # noqa: E731
+    late = lambda rows: [rows[0], *((then[0], *before[1:]) for before, then in pairwise(rows))]  # noqa: E731
     every_step = lambda rows: late(rows)[::5]  # noqa: E731
     values = named(tmp_path, "brick-tumble", every_step, dt=0.01, every=1)
     assert values["log-lag"] == pytest.approx(0.01)
