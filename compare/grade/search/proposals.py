@@ -181,7 +181,7 @@ class Proposals:
         for own, step in self._own_step(mistakes):
             for sign in (1, -1) if is_on_time else ():
                 yield self.ordered((*mistakes, Mistake(self.schemes.late(sign).hypothesis, step.value)))
-            if own.gyroscopic in TURNED_ASIDE or own.rotation in TURNED_ASIDE:
+            if own.explicit or own.gyroscopic in TURNED_ASIDE or own.rotation in TURNED_ASIDE:
                 yield self._with_step(mistakes, step, replace(own, other_axes=not own.other_axes))
             for number in STEPS_A_TICK:
                 if number != own.steps_a_tick and self._moves_events(
