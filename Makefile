@@ -55,7 +55,7 @@ fix: venv-test
 	$(BIN)/ruff check --fix . ; $(BIN)/ruff format .
 
 # Under five minutes on 2 idle cores; `make figures` then makes the tables of docs/figures.md from report/bench/.
-BENCH := one_throw ensembles trajectory contact truth grade commands lab report
+BENCH := one_throw ensembles trajectory stiff contact truth grade commands lab report
 bench: venv-test
 	for name in $(BENCH); do $(BIN)/python tests/bench/$$name.py -o report/bench/$$name.csv || exit 1; done
 

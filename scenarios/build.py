@@ -13,6 +13,7 @@ from tumble.scenarios.format import (
     MOST_SAMPLES,
     BodyTable,
     BoxTable,
+    DiscTable,
     EnsembleTable,
     File,
     ImpulseTable,
@@ -26,8 +27,10 @@ from tumble.scenarios.format import (
 )
 from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix, vertices
 from tumble.scenarios.impulse import RayMissed, jump
+from tumble.scenarios.lowest import lowest
 from tumble.scenarios.scene import (
     Body,
+    Disc,
     Drag,
     Ensemble,
     Floor,
@@ -134,15 +137,21 @@ def _times(file: File, to_run: bool) -> Array:
     return frozen_array(times)
 
 
-def _body(table: BoxTable | MeshTable | RigidTable | SphereTable, folder: Path) -> tuple[Body, Array | None]:
-    """Return the body in its principal axes, and its points as the file has them, (n, 3), None for a box or sphere."""
-    size, radius, file_points, where = None, None, None, ("body",)
+def _body(
+    table: BoxTable | DiscTable | MeshTable | RigidTable | SphereTable, folder: Path
+) -> tuple[Body, Array | None]:
+    """Return the body in its principal axes, and its points as a mesh's or a rigid body's file has them, (n, 3)."""
+    size, radius, disc, file_points, where = None, None, None, None, ("body",)
     if isinstance(table, BoxTable):
         size = frozen_array(table.size)
         points, faces, tensor = mass.box_corners(size), mass.BOX_FACES, mass.box(table.mass, size).tensor
     elif isinstance(table, SphereTable):
         radius, faces = table.radius, np.empty((0, 3), dtype=int)
         points, tensor = mass.sphere_points(radius), mass.sphere(table.mass, radius).tensor
+    elif isinstance(table, DiscTable):
+        disc, faces = Disc(table.radius, table.thickness), np.empty((0, 3), dtype=int)
+        points = mass.disc_points(table.radius, table.thickness)
+        tensor = mass.disc(table.mass, table.radius, table.thickness).tensor
     elif isinstance(table, MeshTable):
         file_points, points, faces, tensor = _solid(table, folder)
     else:
@@ -152,7 +161,7 @@ def _body(table: BoxTable | MeshTable | RigidTable | SphereTable, folder: Path) 
     points = frozen_array(points @ rotation_matrix(file_axes).T)
     shape = str(table.__struct_config__.tag)
     faces = frozen_array(faces, int)
-    return Body(shape, table.mass, moments, points, faces, size, file_axes, radius), file_points
+    return Body(shape, table.mass, moments, points, faces, size, file_axes, radius, disc), file_points
 
 
 def _principal(tensor: Array, where: Keys) -> tuple[Array, Array]:
@@ -334,7 +343,7 @@ def _landing(table: ImpulseTable, keys: Keys, body: Body) -> dict[str, Any]:
 
 
 def _ray(table: RayTable, keys: Keys, body: Body) -> Ray:
-    if not len(body.faces) and body.radius is None:
+    if not body.has_surface:
         raise Refused(keys, "must meet a surface, and a rigid body has none: give a point or a vertex")
     return Ray(frozen_array(table.origin), _unit(table.direction, (*keys, "direction")))
 
@@ -410,9 +419,7 @@ def _written_sensor(sensor: Sensor, table: SensorTable) -> WrittenSensor:
 def _refuse_below(plane: Plane, body: Body, start: Array) -> None:
     """Raise Refused where a body starts below the plane by more than rounding."""
     points = vertices(start, body.points)
-    heights = (points - plane.point) @ plane.normal
-    if body.radius is not None:
-        heights = heights[:, :1] - body.radius
+    heights = (start[:, 0:3] - plane.point) @ plane.normal + lowest(body, start[:, 3:7], plane.normal)
     rounded = TOUCHING * (body.reach + float(np.abs(points).max()) + float(np.abs(plane.point).max()))
     if heights.min() < -rounded:
         raise Refused(

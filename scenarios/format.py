@@ -43,7 +43,7 @@ SensorKind = Annotated[
     Meta(description="'imu', 'accelerometer', 'gyro' or 'magnetometer-direction'"),
 ]
 Switch = Annotated[bool, Meta(description="true or false")]
-Shape = Annotated[str, Meta(description="'box', 'mesh', 'rigid' or 'sphere'")]
+Shape = Annotated[str, Meta(description="'box', 'disc', 'mesh', 'rigid' or 'sphere'")]
 
 ORIGIN = (0.0, 0.0, 0.0)
 
@@ -97,9 +97,16 @@ class SphereTable(BodyTable, tag="sphere", kw_only=True):
     radius: Annotated[Positive, _key("m", "radius")]
 
 
+class DiscTable(BodyTable, tag="disc", kw_only=True):
+    """A uniform disc about the body's z axis, shape = "disc"; its points are the centre and eight of each rim."""
+
+    radius: Annotated[Positive, _key("m", "radius")]
+    thickness: Annotated[NotNegative, _key("m", "along z; 0 is the limit of a thin disc, with one rim")] = 0.0
+
+
 # The keys of [body] that some shape has.
 BODY_KEYS = frozenset(
-    name for table in (BoxTable, MeshTable, RigidTable, SphereTable) for name in table.__struct_fields__
+    name for table in (BoxTable, DiscTable, MeshTable, RigidTable, SphereTable) for name in table.__struct_fields__
 )
 
 
@@ -184,7 +191,7 @@ class SensorTable(_Table, kw_only=True):
 class EnsembleTable(_Table):
     """Many throws of the one body around the one that is written, which is throw 0."""
 
-    throws: Annotated[Throws, _key("", "number of throws")]
+    throws: Annotated[Throws, _key("", "number of throws; 1e9 is one too")]
     seed: Annotated[Index, _key("", "the same seed draws the same throws")] = 0
     magnitude: Annotated[Share, _key("", "share by which |J| varies, evenly")] = 0.0
     cone: Annotated[HalfTurn, _key("rad", "half angle of the cone around the direction of J")] = 0.0
@@ -199,7 +206,7 @@ class File(_Table, kw_only=True):
     title: Annotated[Text, _key("", "one line")]
     duration: Annotated[Positive, _key("s", "duration of the simulation")]
     step: Annotated[Positive, _key("s", "default time step; grading alone does not need one")] | None = None
-    body: BoxTable | MeshTable | RigidTable | SphereTable
+    body: BoxTable | DiscTable | MeshTable | RigidTable | SphereTable
     source: Annotated[Text, _key("", "where the case comes from")] = ""
     times: Annotated[Times, _key("s", "sample times; or give samples")] | None = None
     samples: Annotated[Count, _key("", "number of equal intervals, instead of times")] | None = None
@@ -229,9 +236,18 @@ def tables(document: dict) -> File:
     """Return the document as tables; raises Refused for a key, type, sign or non-finite number."""
     _refuse_odd(document, ())
     try:
-        return msgspec.convert(document, File)
+        return msgspec.convert(_with_whole_throws(document), File)
     except msgspec.ValidationError as error:
         raise _explained(str(error), document) from None
+
+
+def _with_whole_throws(document: dict) -> dict:
+    """Return the document with throws = 1e9, which TOML has as a floating-point number, as a whole number."""
+    table = document.get("ensemble")
+    throws = table.get("throws") if isinstance(table, dict) else None
+    if not (isinstance(throws, float) and throws.is_integer()):
+        return document
+    return {**document, "ensemble": {**document["ensemble"], "throws": int(throws)}}
 
 
 def _refuse_odd(value: object, keys: Keys) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from tumble.scenarios.frames import Array, rotation_matrix
-from tumble.scenarios.ray import first_hit, first_on_sphere
+from tumble.scenarios.ray import first_hit, first_on_disc, first_on_sphere
 from tumble.scenarios.refusal import UserError
 from tumble.scenarios.scene import Body, Impulse
 
@@ -41,11 +41,13 @@ def strike_point(impulse: Impulse, state: Array, body: Body) -> Array:
     # The ray is carried into body axes, where the surface stands still.
     origin = axes.T @ (impulse.ray.origin - state[0:3])
     direction = axes.T @ impulse.ray.direction
-    if body.radius is None:
+    if body.radius is not None:
+        hit = first_on_sphere(origin, direction, body.radius)
+    elif body.disc is not None:
+        hit = first_on_disc(origin, direction, body.disc.radius, body.disc.thickness)
+    else:
         found = first_hit(origin, direction, body.points, body.faces)
         hit = None if found is None else (found.distance, found.from_inside)
-    else:
-        hit = first_on_sphere(origin, direction, body.radius)
     if hit is None:
         raise RayMissed("the ray misses the body")
     distance, from_inside = hit

@@ -16,6 +16,7 @@ from tumble.scenarios.scene import frozen_array
 DIAGONAL = 1e-15
 # Moments as close as this are one moment: a dozen roundings, which is what the integrals of a small mesh leave.
 EQUAL = 1e-14
+ROOT_HALF = float(np.sqrt(0.5))
 
 # Into box_corners.  Two triangles a face, counter-clockwise from outside: -x, +x, -y, +y, -z, +z.
 BOX_FACES = frozen_array(
@@ -81,6 +82,24 @@ def sphere_points(radius: float) -> Array:
     """Return the centre of a sphere and the ends of its axes [m], (7, 3): 1 is -x, 2 is +x, then y and z."""
     ends = [sign * axis for axis in np.eye(3) for sign in (-1, 1)]
     return radius * np.array([np.zeros(3), *ends])
+
+
+def disc(mass: float, radius: float, thickness: float) -> Solid:
+    """Return the mass properties of a uniform disc about its middle; mass [kg], radius and thickness along z [m]."""
+    across = mass * (3 * radius**2 + thickness**2) / 12
+    return Solid(np.pi * radius**2 * thickness, np.zeros(3), np.diag((across, across, mass * radius**2 / 2)))
+
+
+def disc_points(radius: float, thickness: float) -> Array:
+    """Return the centre of a disc and points of its rims [m], (17, 3), of a disc without thickness (9, 3).
+
+    Eight of each rim, every eighth of a turn from x over y; first those of the rim below, z < 0.
+    """
+    ends = np.array([(1.0, 0.0), (ROOT_HALF, ROOT_HALF)])
+    turned = [ends @ turn for turn in (((1, 0), (0, 1)), ((0, 1), (-1, 0)), ((-1, 0), (0, -1)), ((0, -1), (1, 0)))]
+    circle = radius * np.concatenate(turned)
+    rims = [np.column_stack((circle, np.full(8, z))) for z in sorted({-thickness / 2, thickness / 2})]
+    return np.concatenate((np.zeros((1, 3)), *rims))
 
 
 def mesh(mass: float, points: Array, faces: np.ndarray) -> Solid:

@@ -1,4 +1,4 @@
-"""Where a ray first meets a surface: of triangles, or a sphere's."""
+"""Where a ray first meets a surface: of triangles, a sphere's, or a disc's."""
 
 from typing import NamedTuple
 
@@ -35,6 +35,37 @@ def first_on_sphere(origin: Array, direction: Array, radius: float) -> tuple[flo
     if first >= -slack_m:
         return first, False
     return None if nearest + half < -slack_m else (nearest + half, True)
+
+
+def first_on_disc(origin: Array, direction: Array, radius: float, thickness: float) -> tuple[float, bool] | None:
+    """Return the distance at which a ray meets a disc about the z axis [m], and whether it starts inside it; or None.
+
+    origin [m], (3,); direction: unit, (3,); radius, thickness [m].  The ray is inside between the later of its entries,
+    into the cylinder and between the two faces, and the earlier of its exits.
+    """
+    # From where the ray passes the middle, as a far origin costs digits.
+    nearest = -float(origin @ direction)
+    beside = origin + nearest * direction
+    begins, ends = -np.inf, np.inf
+    square, along = float(direction[:2] @ direction[:2]), float(beside[:2] @ direction[:2])
+    rest = radius * radius - float(beside[:2] @ beside[:2])
+    if square > 0:
+        root = along * along + square * rest
+        if root < 0:
+            return None
+        begins, ends = (-along - np.sqrt(root)) / square, (-along + np.sqrt(root)) / square
+    elif rest < 0:
+        return None
+    if direction[2]:
+        faces = sorted((z - beside[2]) / direction[2] for z in (-thickness / 2, thickness / 2))
+        begins, ends = max(begins, faces[0]), min(ends, faces[1])
+    elif abs(beside[2]) > thickness / 2:
+        return None
+    slack_m = SLACK * radius
+    if begins > ends + slack_m or nearest + ends < -slack_m:
+        return None
+    first = nearest + float(begins)
+    return (first, False) if first >= -slack_m else (nearest + float(ends), True)
 
 
 def first_hit(origin: Array, direction: Array, points: Array, faces: np.ndarray) -> Hit | None:

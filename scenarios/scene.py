@@ -44,6 +44,20 @@ class _Frozen:
         self.__post_init__()
 
 
+@dataclass(frozen=True)
+class Disc:
+    """A disc about its body's z axis.
+
+    Parameters
+    ----------
+    radius : m
+    thickness : m
+    """
+
+    radius: float
+    thickness: float
+
+
 @dataclass(frozen=True, eq=False)
 class Body(_Frozen):
     """A rigid body in its principal axes, the origin at its centre of mass.
@@ -65,6 +79,8 @@ class Body(_Frozen):
         quaternion, scene file's axes -> principal axes; the identity for a box
     radius : m
         of a sphere, else None
+    disc
+        radius and thickness of a disc, else None
     """
 
     shape: str
@@ -75,6 +91,12 @@ class Body(_Frozen):
     size: Array | None = None
     file_axes: Array = field(default_factory=lambda: frozen_array((1.0, 0.0, 0.0, 0.0)))
     radius: float | None = None
+    disc: Disc | None = None
+
+    @property
+    def has_surface(self) -> bool:
+        """Whether a ray can meet it: a body given by its tensor alone has points, and no surface."""
+        return bool(len(self.faces)) or self.radius is not None or self.disc is not None
 
     @property
     def reach(self) -> float:

@@ -8,13 +8,14 @@ import msgspec
 from msgspec import inspect
 
 from tumble.scenarios import format as scene_format
-from tumble.scenarios.format import BodyTable, BoxTable, File, MeshTable, RayTable, RigidTable, SphereTable
+from tumble.scenarios.format import BodyTable, BoxTable, DiscTable, File, MeshTable, RayTable, RigidTable, SphereTable
 
 # The tables in the order in which a file has them, and how their heads are written.
 TABLES: dict[str, type] = {
     "": File,
     "[body]": BodyTable,
     '[body], shape = "box"': BoxTable,
+    '[body], shape = "disc"': DiscTable,
     '[body], shape = "mesh"': MeshTable,
     '[body], shape = "rigid"': RigidTable,
     '[body], shape = "sphere"': SphereTable,

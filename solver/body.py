@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from tumble.solver.compilation import scalar
+from tumble.solver.compilation import inner, scalar
 from tumble.solver.quaternion import Quaternion, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
@@ -47,6 +47,18 @@ class Body:
             return None
         # The difference of the moments, not of their inverses: exact where they are close.
         return ((b - c) / (b * c), (c - a) / (c * a), (a - b) / (a * b))
+
+
+@inner
+def by_moment(inverse_moments: Vector) -> tuple[int, int, int]:
+    """Return the axes of the least, the middle and the greatest moment."""
+    least, greatest = 0, 2
+    for axis in range(3):
+        if inverse_moments[axis] > inverse_moments[least]:
+            least = axis
+        if inverse_moments[axis] < inverse_moments[greatest]:
+            greatest = axis
+    return least, 3 - least - greatest, greatest
 
 
 @scalar

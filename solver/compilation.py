@@ -1,10 +1,10 @@
 """How the solver is compiled.
 
 `scalar` is for the small functions on tuples that kernels are written with: LLVM inlines them, so that a whole step
-lives in registers.  `inner` is for those of them that only kernels call, `inlined` for large ones.  `kernel` is for the
-loops that Python calls: kept on disk, so that a second process compiles nothing.  numba renews what is on disk when the
-kernel's own file changes, but not when a scalar function elsewhere does: so each state of the solver's source has a
-folder of its own (`tumble.kernel_cache`).
+lives in registers.  `inner` is for those of them that only kernels call, `inlined` for large ones, `borrowing` for
+those that take arrays.  `kernel` is for the loops that Python calls: kept on disk, so that a second process compiles
+nothing.  numba renews what is on disk when the kernel's own file changes, but not when a scalar function elsewhere
+does: so each state of the solver's source has a folder of its own (`tumble.kernel_cache`).
 
 Division by zero gives inf or nan, for a judge to see.  Fast-math is off, and so is contraction to fused multiply-adds,
 for the last bits would depend on the processor and on how a loop happened to be compiled: `tumble.solver.fused` says
@@ -34,6 +34,7 @@ OPTIONS: dict[str, Any] = {
     "pipeline_class": KernelCompiler,
 }
 INNER_OPTIONS: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "pipeline_class": PartCompiler}
+BORROWING_OPTIONS: dict[str, Any] = {**INNER_OPTIONS, "_nrt": False}
 
 
 def scalar(function: F) -> F:
@@ -65,6 +66,15 @@ def inner(function: F) -> F:
         without the wrapper for Python, which is a fifth of a cold start
     """
     return cast(F, njit(**INNER_OPTIONS)(function))
+
+
+def borrowing(function: F) -> F:
+    """Compile a part of a kernel that is lent arrays: it makes none, returns none and counts no references to them.
+
+    Counting takes half of the time of a kernel whose small parts pass arrays to each other.  A part that returned an
+    array would return one that may be gone.
+    """
+    return cast(F, njit(**BORROWING_OPTIONS)(function))
 
 
 def inlined(function: F) -> F:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.solver.compilation import inner, scalar
+from tumble.solver.compilation import borrowing, scalar
 from tumble.solver.quaternion import Quaternion, conjugate, norm_squared
 from tumble.solver.vectors import Vector, add, cross, dot, scale
 
@@ -109,7 +109,7 @@ def wrench(x: Vector, q: Quaternion | None, v: Vector, w_body: Vector | None, fo
     return force, add(_angular_drag(w_body, forces.drag), add(twist, tip))
 
 
-@inner
+@borrowing
 def _weight(mass: float, gravity: Vector | None) -> Vector:
     """Return F = m g."""
     if gravity is None:
@@ -117,7 +117,7 @@ def _weight(mass: float, gravity: Vector | None) -> Vector:
     return scale(mass, gravity)
 
 
-@inner
+@borrowing
 def _linear_drag(v: Vector, drag: tuple[float | None, float | None] | None) -> Vector:
     """Return F = -linear v."""
     if drag is None:
@@ -125,7 +125,7 @@ def _linear_drag(v: Vector, drag: tuple[float | None, float | None] | None) -> V
     return _against(v, drag[0])
 
 
-@inner
+@borrowing
 def _angular_drag(w_body: Vector | None, drag: tuple[float | None, float | None] | None) -> Vector:
     """Return tau = -angular w."""
     if drag is None or w_body is None:
@@ -133,7 +133,7 @@ def _angular_drag(w_body: Vector | None, drag: tuple[float | None, float | None]
     return _against(w_body, drag[1])
 
 
-@inner
+@borrowing
 def _against(rate: Vector, coefficient: float | None) -> Vector:
     """Return -coefficient rate."""
     if coefficient is None:
@@ -141,7 +141,7 @@ def _against(rate: Vector, coefficient: float | None) -> Vector:
     return scale(-coefficient, rate)
 
 
-@inner
+@borrowing
 def _tethers(
     x: Vector, q: Quaternion | None, v: Vector, w_body: Vector | None, tethers: Array | None
 ) -> tuple[Vector, Vector]:
@@ -155,7 +155,7 @@ def _tethers(
     return force, torque
 
 
-@inner
+@borrowing
 def _tether(
     x: Vector, q: Quaternion | None, v: Vector, w_body: Vector | None, tethers: Array, number: int
 ) -> tuple[Vector, Vector]:
@@ -169,7 +169,7 @@ def _tether(
     return force, cross(point, _to_body(q, force))
 
 
-@inner
+@borrowing
 def _swing(w_body: Vector | None, point: Vector) -> Vector:
     """Return w x p0 [m/s]."""
     if w_body is None:
@@ -177,7 +177,7 @@ def _swing(w_body: Vector | None, point: Vector) -> Vector:
     return cross(w_body, point)
 
 
-@inner
+@borrowing
 def _spring(offset: Vector, velocity: Vector, stiffness: float, damping: float, rest_length: float) -> Vector:
     """Return F = -k d - c d' for a rest length of 0, otherwise F = -(k (|d| - l0) + c d'.u) u with u = d/|d|.
 
@@ -202,7 +202,7 @@ class Plane(NamedTuple):
     turn: Vector
 
 
-@inner
+@borrowing
 def floor_under(x: Vector, q: Quaternion, v: Vector, w_body: Vector, height: float, normal: Vector) -> Plane:
     """Return the floor under the body.
 
@@ -212,7 +212,7 @@ def floor_under(x: Vector, q: Quaternion, v: Vector, w_body: Vector, height: flo
     return Plane(normal_body, dot(normal, x) - height, dot(normal, v), cross(normal_body, w_body))
 
 
-@inner
+@borrowing
 def _floor(
     x: Vector,
     q: Quaternion | None,
@@ -239,7 +239,7 @@ def _floor(
     return scale(push, normal), cross(lever, plane.normal_body)
 
 
-@inner
+@borrowing
 def _to_world(q: Quaternion | None, a: Vector) -> Vector:
     """Return q a q* / |q|^2, the vector turned from body to world axes."""
     if q is None:
@@ -249,7 +249,7 @@ def _to_world(q: Quaternion | None, a: Vector) -> Vector:
     return add(add(a, scale(q[0], twice)), cross(axis, twice))
 
 
-@inner
+@borrowing
 def _to_body(q: Quaternion | None, a: Vector) -> Vector:
     """Return q* a q / |q|^2, the vector turned from world to body axes."""
     if q is None:

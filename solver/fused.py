@@ -5,6 +5,7 @@ outright they are the same everywhere: a processor without the instruction, of b
 A quaternion's four numbers are one vector register, which the compiler does not find by itself in code on tuples.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any, cast
 
@@ -12,7 +13,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from tumble.solver.compilation import scalar
+from tumble.solver.compilation import inner, scalar
 from tumble.solver.quaternion import SERIES_LIMIT, Quaternion, exponential, stretch
 from tumble.solver.vectors import Vector
 
@@ -25,8 +26,17 @@ UNITS = (
     ((3, 2, 1, 0), (-1.0, 1.0, -1.0, 1.0)),
 )
 
+# Taylor's series of the cosine, and of the sine over the angle, in squares of angles of a quarter turn at most.
+COSINE = tuple((-1) ** k / math.factorial(2 * k) for k in range(11))
+SINE_RATIO = tuple((-1) ** k / math.factorial(2 * k + 1) for k in range(11))
+# 2 pi in two parts.  Adding and taking off 3 * 2^51 rounds to whole numbers.
+TURN_HIGH, TURN_LOW = 2.0 * math.pi, 2.4492935982947064e-16
+WHOLE = 3.0 * 2.0**51
+# Of an angle [rad], above which its turns would not be rounded to whole numbers so.
+MANY_TURNS = 2.0**52
 
-def _packed(builder: Any, numbers: Any) -> Any:
+
+def packed(builder: Any, numbers: Any) -> Any:
     """Return four numbers as one register."""
     register = ir.Constant(REGISTER, ir.Undefined)
     for lane in range(4):
@@ -34,7 +44,7 @@ def _packed(builder: Any, numbers: Any) -> Any:
     return register
 
 
-def _unpacked(builder: Any, register: Any) -> Any:
+def unpacked(builder: Any, register: Any) -> Any:
     """Return a register as four numbers."""
     numbers = ir.Constant(ir.ArrayType(ir.DoubleType(), 4), ir.Undefined)
     for lane in range(4):
@@ -49,7 +59,14 @@ def _shuffled(builder: Any, register: Any, lanes: tuple[int, ...]) -> Any:
     )
 
 
-def _multiply_add(builder: Any, kind: ir.Type, a: Any, b: Any, c: Any) -> Any:
+def spread(builder: Any, number: Any) -> Any:
+    """Return a register of which all four lanes are one number."""
+    alone = builder.insert_element(ir.Constant(REGISTER, ir.Undefined), number, LANE(0))
+    return _shuffled(builder, alone, (0, 0, 0, 0))
+
+
+def multiply_add(builder: Any, kind: ir.Type, a: Any, b: Any, c: Any) -> Any:
+    """Return a b + c of numbers or of registers."""
     suffix = "v4f64" if kind is REGISTER else "f64"
     function = builder.module.declare_intrinsic(f"llvm.fma.{suffix}", fnty=ir.FunctionType(kind, [kind] * 3))
     return builder.call(function, [a, b, c])
@@ -58,7 +75,7 @@ def _multiply_add(builder: Any, kind: ir.Type, a: Any, b: Any, c: Any) -> Any:
 @intrinsic
 def _fused(typing_context, a, b, c):
     def codegen(context, builder, signature, arguments):
-        return _multiply_add(builder, ir.DoubleType(), *arguments)
+        return multiply_add(builder, ir.DoubleType(), *arguments)
 
     return types.float64(types.float64, types.float64, types.float64), codegen
 
@@ -67,9 +84,8 @@ def _fused(typing_context, a, b, c):
 def _fused_stretch(typing_context, factor, q, c):
     def codegen(context, builder, signature, arguments):
         factor, q, c = arguments
-        alone = builder.insert_element(ir.Constant(REGISTER, ir.Undefined), factor, LANE(0))
-        factors = _shuffled(builder, alone, (0, 0, 0, 0))
-        return _unpacked(builder, _multiply_add(builder, REGISTER, factors, _packed(builder, q), _packed(builder, c)))
+        factors = spread(builder, factor)
+        return unpacked(builder, multiply_add(builder, REGISTER, factors, packed(builder, q), packed(builder, c)))
 
     return FOUR(types.float64, FOUR, FOUR), codegen
 
@@ -77,9 +93,9 @@ def _fused_stretch(typing_context, factor, q, c):
 @intrinsic
 def _times_units(typing_context, q):
     def codegen(context, builder, signature, arguments):
-        register = _packed(builder, arguments[0])
+        register = packed(builder, arguments[0])
         products = [
-            _unpacked(builder, builder.fmul(_shuffled(builder, register, lanes), ir.Constant(REGISTER, signs)))
+            unpacked(builder, builder.fmul(_shuffled(builder, register, lanes), ir.Constant(REGISTER, signs)))
             for lanes, signs in UNITS
         ]
         return context.make_tuple(builder, signature.return_type, products)
@@ -122,6 +138,33 @@ def fused_product(p: Quaternion, q: Quaternion) -> Quaternion:
     """Return the Hamilton product p q."""
     i, j, k = times_units(p)
     return fused_stretch(q[3], k, fused_stretch(q[2], j, fused_stretch(q[1], i, stretch(q[0], p))))
+
+
+@inner
+def _of_squares(terms: tuple[float, ...], s: float) -> float:
+    """Return a polynomial of eleven terms, in parts that do not wait for each other."""
+    s2 = s * s
+    s4 = s2 * s2
+    low = fused(s2, fused(s, terms[3], terms[2]), fused(s, terms[1], terms[0]))
+    middle = fused(s2, fused(s, terms[7], terms[6]), fused(s, terms[5], terms[4]))
+    high = fused(s2, terms[10], fused(s, terms[9], terms[8]))
+    return fused(s4, fused(s4, high, middle), low)
+
+
+@inner
+def fused_half_turn(angle: float) -> tuple[float, float]:
+    """Return the cosine and the sine of half an angle [rad], to rounding.
+
+    Without a call, before which all registers would be emptied, but for an angle beyond MANY_TURNS.
+    """
+    if not abs(angle) < MANY_TURNS:
+        return math.cos(0.5 * angle), math.sin(0.5 * angle)
+    turns = (angle * (0.5 / math.pi) + WHOLE) - WHOLE
+    odd = fused(-2.0, (0.5 * turns + WHOLE) - WHOLE, turns)
+    sign = fused(-2.0 * odd, odd, 1.0)
+    half = 0.5 * fused(-turns, TURN_LOW, fused(-turns, TURN_HIGH, angle))
+    s = half * half
+    return sign * _of_squares(COSINE, s), (sign * half) * _of_squares(SINE_RATIO, s)
 
 
 @scalar

@@ -3,13 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.solver.compilation import inner
+from tumble.solver.compilation import borrowing
 
 Matrix = NDArray[np.float64] | NDArray[np.complex128]
 Order = NDArray[np.int64]
 
 
-@inner
+@borrowing
 def factorise(matrix: Matrix, order: Order) -> None:
     """Replace a matrix by its factors L, below the diagonal, and U; the diagonal, of U, is inverted.
 
@@ -34,7 +34,7 @@ def factorise(matrix: Matrix, order: Order) -> None:
                 matrix[i, j] -= matrix[i, k] * matrix[k, j]
 
 
-@inner
+@borrowing
 def substitute(matrix: Matrix, order: Order, right: Matrix) -> None:
     """Replace the right-hand side of a linear equation by its solution, given the factors of its matrix."""
     n = len(matrix)

@@ -16,7 +16,7 @@ from numba.extending import overload
 from numpy.typing import NDArray
 
 from tumble.solver.body import momentum_rate
-from tumble.solver.compilation import OPTIONS, inlined, inner
+from tumble.solver.compilation import OPTIONS, borrowing, inlined
 from tumble.solver.forces import NOTHING, Forces, wrench
 from tumble.solver.quaternion import Quaternion, plus, product_vector, stretch
 from tumble.solver.vectors import Vector, add, scale, times
@@ -44,7 +44,7 @@ def free_slope(state: State, inverse_moments: Vector | None, gyroscopic: Vector 
     return v, _turning(q, spin(l_body, inverse_moments)), NOTHING, _twisting(l_body, gyroscopic, NOTHING)
 
 
-@inner
+@borrowing
 def plus_times(a: State, factor: float, b: State) -> State:
     """Return a + factor b, of states or of their slopes."""
     return (
@@ -55,13 +55,13 @@ def plus_times(a: State, factor: float, b: State) -> State:
     )
 
 
-@inner
+@borrowing
 def times_state(factor: float, a: State) -> State:
     """Return factor a, of a state or of its slopes."""
     return scale(factor, a[0]), _stretched(factor, a[1]), scale(factor, a[2]), _scaled(factor, a[3])
 
 
-@inner
+@borrowing
 def load(row: NDArray[np.float64], inverse_moments: Vector | None) -> State:
     """Return the state of a row x, q, v, L_body, (13,)."""
     return (
@@ -72,7 +72,7 @@ def load(row: NDArray[np.float64], inverse_moments: Vector | None) -> State:
     )
 
 
-@inner
+@borrowing
 def store(row: NDArray[np.float64], state: State) -> None:
     """Write a state into a row, (13,); of a body that never turns its position and velocity alone."""
     x, q, v, l_body = state
@@ -81,7 +81,7 @@ def store(row: NDArray[np.float64], state: State) -> None:
     _store_rotation(row, q, l_body)
 
 
-@inner
+@borrowing
 def spin(l_body: Vector | None, inverse_moments: Vector | None) -> Vector | None:
     """Return w = I^-1 L [rad/s], body axes."""
     if l_body is None:
@@ -89,7 +89,7 @@ def spin(l_body: Vector | None, inverse_moments: Vector | None) -> Vector | None
     return times(inverse_moments, l_body)
 
 
-@inner
+@borrowing
 def _turning(q: Quaternion | None, w_body: Vector | None) -> Quaternion | None:
     """Return dq/dt = q w~/2."""
     if q is None:
@@ -97,7 +97,7 @@ def _turning(q: Quaternion | None, w_body: Vector | None) -> Quaternion | None:
     return product_vector(q, scale(0.5, w_body))
 
 
-@inner
+@borrowing
 def _twisting(l_body: Vector | None, gyroscopic: Vector | None, torque: Vector) -> Vector | None:
     """Return dL/dt = L x w + tau [N m], body axes."""
     if l_body is None:
@@ -105,7 +105,7 @@ def _twisting(l_body: Vector | None, gyroscopic: Vector | None, torque: Vector) 
     return add(_gyroscopic_torque(l_body, gyroscopic), torque)
 
 
-@inner
+@borrowing
 def _gyroscopic_torque(l_body: Vector, gyroscopic: Vector | None) -> Vector:
     """Return L x w [N m], body axes: nothing for equal moments."""
     if gyroscopic is None:
@@ -113,35 +113,35 @@ def _gyroscopic_torque(l_body: Vector, gyroscopic: Vector | None) -> Vector:
     return momentum_rate(l_body, gyroscopic)
 
 
-@inner
+@borrowing
 def _plus_times_vector(a: Vector | None, factor: float, b: Vector | None) -> Vector | None:
     if a is None:
         return a
     return add(a, scale(factor, b))
 
 
-@inner
+@borrowing
 def _plus_times_quaternion(a: Quaternion | None, factor: float, b: Quaternion | None) -> Quaternion | None:
     if a is None:
         return a
     return plus(a, stretch(factor, b))
 
 
-@inner
+@borrowing
 def _scaled(factor: float, a: Vector | None) -> Vector | None:
     if a is None:
         return a
     return scale(factor, a)
 
 
-@inner
+@borrowing
 def _stretched(factor: float, a: Quaternion | None) -> Quaternion | None:
     if a is None:
         return a
     return stretch(factor, a)
 
 
-@inner
+@borrowing
 def _store_rotation(row: NDArray[np.float64], q: Quaternion | None, l_body: Vector | None) -> None:
     if q is not None and l_body is not None:
         row[3], row[4], row[5], row[6] = q

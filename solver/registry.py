@@ -10,6 +10,7 @@ import numpy as np
 
 from tumble.solver.ensemble.blocks import LANES
 from tumble.solver.ensemble.exact import exact as exact_lanes
+from tumble.solver.ensemble.rkmk4 import WIDTH as RKMK4_LANES_WIDTH
 from tumble.solver.ensemble.rkmk4 import rkmk4 as rkmk4_lanes
 from tumble.solver.integrators.adaptive import adaptive
 from tumble.solver.integrators.adaptive_forced import adaptive_forced
@@ -22,6 +23,7 @@ from tumble.solver.integrators.quaternion_euler import quaternion_euler
 from tumble.solver.integrators.radau5 import radau5, radau5_forced
 from tumble.solver.integrators.rk4 import rk4, rk4_forced
 from tumble.solver.integrators.rkmk4 import rkmk4
+from tumble.solver.integrators.semi_exact import semi_exact
 from tumble.solver.integrators.splitting import splitting
 from tumble.solver.integrators.splitting8 import splitting8
 from tumble.solver.integrators.symplectic_euler import symplectic_euler, symplectic_euler_forced
@@ -45,6 +47,7 @@ class Method:
     stable_turn: |w| dt [rad] beyond which a steady turn can grow into another; infinite where it never does; None where
     no such limit is claimed, because a small tilt grows at any step, or a resonance may make it grow.
     dense: it goes to an instant and not by steps; its rows remember where their count began.
+    keeps: numbers at the end of a row that are the method's own, 0 when a count of steps begins.
     least_throws: fewer fly right too, but leave lanes of the processor empty.
     tolerance: for an adaptive method, of one step of its own, relative to |q| and |L|, unless another is asked for.
     forced: the kernel under forces, None for a method that carries none.  forced_width: numbers in a row of it.
@@ -62,6 +65,7 @@ class Method:
     reversible: bool = False
     stable_turn: float | None = None
     dense: bool = False
+    keeps: int = 0
     least_throws: int = 1
     tolerance: float | None = None
     forced: Callable | None = None
@@ -70,8 +74,8 @@ class Method:
 
     @property
     def width(self) -> int:
-        """How many numbers a row of its rotation has: q or a matrix, L, and of a dense one where the count began."""
-        return 16 if self.dense else 12 if self.attitude == "matrix" else 7
+        """How many numbers a row of its rotation has: q or a matrix, L, both at the start if dense, and its own."""
+        return (12 if self.attitude == "matrix" else 7) + (7 if self.dense else 0) + self.keeps
 
 
 def _dense(kernel: Callable, **claims: Any) -> Method:
@@ -116,12 +120,19 @@ METHODS = {
         reversible=True,
         least_throws=LANES,
     ),
-    "adaptive": _dense(adaptive, stable_turn=math.inf, tolerance=1e-9, forced=adaptive_forced, forced_width=28),
+    "adaptive": _dense(
+        adaptive, stable_turn=math.inf, keeps=2, tolerance=1e-9, forced=adaptive_forced, forced_width=28
+    ),
     "rkmk4": _body(rkmk4, order=4, stable_turn=taylor_limit(4)),
-    "rkmk4-lanes": _body(rkmk4_lanes, order=4, stable_turn=taylor_limit(4), least_throws=LANES),
+    "rkmk4-lanes": _body(
+        rkmk4_lanes, order=4, stable_turn=taylor_limit(4), keeps=RKMK4_LANES_WIDTH - 7, least_throws=LANES
+    ),
     "magnus6": _body(magnus6, order=6, stable_turn=taylor_limit(8)),
     "taylor8": _body(taylor8, order=8, stable_turn=taylor_limit(8)),
     "taylor12": _body(taylor12, order=12, stable_turn=taylor_limit(12)),
+    "semi-exact": _body(
+        semi_exact, order=8, stable_turn=math.inf, keeps_momentum=True, keeps_energy=True, reversible=True
+    ),
     "splitting": _body(splitting, order=2, keeps_momentum=True, reversible=True),
     "splitting8": _body(splitting8, order=8, keeps_momentum=True, reversible=True),
     "implicit-midpoint": _body(

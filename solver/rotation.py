@@ -50,7 +50,8 @@ class Rotation:
     def begin(self) -> None:
         """Count steps from here."""
         if self._method.dense:
-            self.rows[:, 7:14], self.rows[:, 14:16] = self.rows[:, 0:7], 0.0
+            self.rows[:, 7:14] = self.rows[:, 0:7]
+        self.rows[:, self._method.width - self._method.keeps :] = 0.0
 
     def step(self, n: int, steps: int, dt: float) -> None:
         """Take n steps of dt [s], after which there are that many since the count began."""

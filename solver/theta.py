@@ -7,7 +7,10 @@ An angle is had as its cosine and sine, a phase as a complex number.  Source: th
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from tumble.solver.compilation import inner
+from tumble.solver.fused import fused
 from tumble.solver.quaternion import normalise
 
 Pair = tuple[float, float]
@@ -47,12 +50,13 @@ def landen(m: float, m1: float, real: Pair, imaginary: Pair) -> tuple[float, Pai
     bisector = normalise((cosine * (root + 1.0), sine * (root + b), 0.0, 0.0))
     rest, weight = 0.0, 0.25
     for _ in range(LANDEN_STEPS):
-        one, sinh = a * one + math.sqrt(a * a * one * one + c_squared * sinh * sinh), (a + b) * sinh
-        cosine, sine = a * cosine * cosine - b * sine * sine, (a + b) * sine * cosine
+        one *= a
+        one, sinh = one + math.sqrt(fused(one, one, c_squared * (sinh * sinh))), (a + b) * sinh
+        cosine, sine = fused(a * cosine, cosine, -b * (sine * sine)), (a + b) * (sine * cosine)
         a, b = (a + b) / 2.0, math.sqrt(a * b)
         c = c_squared / (4.0 * a)
         c_squared = c * c
-        tangent = (b - a) * sine * cosine / (a * cosine * cosine + b * sine * sine)
+        tangent = (b - a) * (sine * cosine) / fused(a * cosine, cosine, b * (sine * sine))
         rest += weight * _small_arctangent(tangent)
         weight /= 2.0
     square = rest * rest
@@ -119,9 +123,30 @@ def less(phase: Pair, other: Pair) -> Pair:
 
 
 @inner
+def times_complex(a: Pair, b: Pair) -> Pair:
+    """Return the product of two complex numbers."""
+    return (a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0])
+
+
+@inner
+def power(a: Pair, n: float) -> Pair:
+    """Return a complex number of length 1 to the power of a whole number, 1 where that is too large to be one."""
+    found, square = (1.0, 0.0), a
+    rest = np.int64(abs(n)) if abs(n) < 2.0**53 else 0
+    while rest > 0:
+        if rest & 1:
+            found = times_complex(found, square)
+        square, rest = times_complex(square, square), rest >> 1
+    return found if n > 0.0 else (found[0], -found[1])
+
+
+@inner
 def half(phase: Pair) -> Pair:
-    """Return a complex number whose phase is half of the other's, which is within half a turn of 0."""
-    return (phase[0] + math.sqrt(phase[0] * phase[0] + phase[1] * phase[1]), phase[1])
+    """Return a complex number whose phase is half of the other's, which is within a whole turn of 0."""
+    length = math.sqrt(phase[0] * phase[0] + phase[1] * phase[1])
+    if phase[0] < 0.0:
+        return (abs(phase[1]), math.copysign(length - phase[0], phase[1]))
+    return (phase[0] + length, phase[1])
 
 
 @inner

@@ -16,11 +16,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from socket import socket
 from tempfile import TemporaryDirectory
 
 import psutil
 
-from tumble.compare.run.cluster import connected
+from tumble.compare.run.cluster.connecting import connected
 from tumble.compare.run.execution import Execution, executing
 from tumble.compare.run.running_engines import RunningEngine, launched
 from tumble.compare.run.task_cache import TaskCache, apart_from_times
@@ -28,17 +29,24 @@ from tumble.compare.run.tasks import Task, run
 from tumble.scenarios.read import read_scene
 
 SCENE = read_scene("two-hits")
-PORT = 18786
+
+
+def free_port() -> int:
+    """Return a port of this machine that nobody listens on."""
+    with socket() as listening:
+        listening.bind(("127.0.0.1", 0))
+        return listening.getsockname()[1]
 
 
 @contextmanager
-def scheduler_and_workers(count: int, folder: Path) -> Iterator[tuple[subprocess.Popen, list[subprocess.Popen]]]:
-    """Start a scheduler and workers as a user does, each worker with a nanny that starts it again."""
+def scheduler_and_workers(count: int, folder: Path) -> Iterator[tuple[str, subprocess.Popen, list[subprocess.Popen]]]:
+    """Start a scheduler and workers as a user does, each worker with a nanny that starts it again; with its address."""
     dask = [sys.executable, "-m", "distributed.cli"]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": folder}
-    address = f"127.0.0.1:{PORT}"
+    port = free_port()
+    address = f"127.0.0.1:{port}"
     scheduler = subprocess.Popen(
-        [*dask[:2], "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", str(PORT), "--no-dashboard"],
+        [*dask[:2], "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"],
         **quiet,
     )
     words = [
@@ -47,15 +55,16 @@ def scheduler_and_workers(count: int, folder: Path) -> Iterator[tuple[subprocess
     ]  # fmt: skip
     nannies = [subprocess.Popen(words, **quiet) for _ in range(count)]
     try:
-        yield scheduler, nannies
+        yield address, scheduler, nannies
     finally:
         for process in (*nannies, scheduler):
             process.send_signal(signal.SIGTERM)
         for process in (*nannies, scheduler):
             try:
-                process.wait(20)
+                process.wait(5)
             except subprocess.TimeoutExpired:
                 process.kill()
+                process.wait()
 
 
 def workers_of(nannies: list[subprocess.Popen]) -> list[psutil.Process]:
@@ -80,17 +89,22 @@ def tasks_of(engine: RunningEngine, count: int) -> list[Task]:
 
 
 def check(name: str, count: int, workers: int, kills: int, end_scheduler: bool, expected: TaskCache) -> bool:
-    """Run all tasks on a cluster while its processes are killed; return whether results are those of this process."""
+    """Run all tasks on a cluster while its processes are killed; return whether no result suffered.
+
+    expected: has the results of `run_here`
+    """
     finished: list[str] = []
     killed: list[int] = []
-    with TemporaryDirectory() as place, scheduler_and_workers(workers, Path(place)) as (scheduler, nannies):
+    with TemporaryDirectory() as place, scheduler_and_workers(workers, Path(place)) as (address, scheduler, nannies):
         cache, done = TaskCache(Path(place) / "cache"), threading.Event()
 
         def kill() -> None:
             for number in range(kills):
                 while len(finished) < count * (number + random.random()) / (kills + 1) and not done.is_set():
                     time.sleep(0.05)
-                if alive := workers_of(nannies):
+                while not (alive := workers_of(nannies)) and not done.is_set():
+                    time.sleep(0.05)
+                if alive:
                     victim = random.choice(alive)
                     victim.kill()
                     killed.append(victim.pid)
@@ -99,7 +113,7 @@ def check(name: str, count: int, workers: int, kills: int, end_scheduler: bool, 
             if end_scheduler:
                 scheduler.kill()
 
-        with launched(["tumble:rk4"]) as (engine,), connected(f"127.0.0.1:{PORT}", None, {}) as cluster:
+        with launched(["tumble:rk4"]) as (engine,), connected(address) as cluster:
             cluster.client.wait_for_workers(workers, timeout=120)
             begun = time.monotonic()
             killer = threading.Thread(target=kill, daemon=True)
@@ -115,7 +129,13 @@ def check(name: str, count: int, workers: int, kills: int, end_scheduler: bool, 
     once = sorted(finished, key=int) == [str(number) for number in range(count)]
     said = f"{len(killed)} workers killed" + " and the scheduler" * end_scheduler
     print(f"{name}: {count} tasks in {took:.0f} s, {said}; each once: {once}; equal: {same}")  # noqa: T201
-    return once and same
+    return once and same and len(killed) == kills
+
+
+def run_here(count: int, cache: TaskCache) -> None:
+    """Run all tasks in this process and its engine, and save their results."""
+    with launched(["tumble:rk4"]) as (engine,), executing(Execution((cache,))):
+        run(tasks_of(engine, count))
 
 
 def main() -> int:
@@ -129,8 +149,7 @@ def main() -> int:
     with TemporaryDirectory() as place:
         expected = TaskCache(Path(place) / "cache")
         begun = time.monotonic()
-        with launched(["tumble:rk4"]) as (engine,), executing(Execution((expected,))):
-            run(tasks_of(engine, asked.tasks))
+        run_here(asked.tasks, expected)
         print(f"here: {asked.tasks} tasks in {time.monotonic() - begun:.0f} s")  # noqa: T201
         checks = [
             asked.skip_no_kill or check("no kill", asked.tasks, asked.workers, 0, False, expected),

@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tumble.compare.run.cluster import connected
+from tumble.compare.run.cluster.connecting import connected
 from tumble.compare.run.execution import Execution, executing
 from tumble.compare.run.running_engines import RunningEngine, launched
 from tumble.compare.run.task_cache import TaskCache
@@ -34,9 +34,10 @@ def tasks_of(engine: RunningEngine, count: int) -> Iterator[Task[int]]:
         yield Task(("simulated", engine.title, str(number)), engine, partial(answer, number=number))
 
 
-def peak_mb() -> float:
-    """Return the peak memory of this process [MB]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1000
+def peaks() -> str:
+    """Say the peak memory of this process, and of the largest one that it started and that has ended [MB]."""
+    own, others = (resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return f"peak {own / 1000:.0f} MB, of what it started {others / 1000:.0f} MB"
 
 
 def run_all(engine: RunningEngine, count: int) -> tuple[float, float, bool]:
@@ -60,11 +61,11 @@ def main() -> int:
     for count in (asked.tasks // 10, asked.tasks):
         with ExitStack() as stack:
             caches = (TaskCache(Path(stack.enter_context(TemporaryDirectory()))),) if asked.cache else ()
-            work = stack.enter_context(connected(None, asked.workers, {})).work if asked.workers else None
+            work = stack.enter_context(connected(None, asked.workers)).work if asked.workers else None
             (engine,) = stack.enter_context(launched(["tumble:rk4"]))
             stack.enter_context(executing(Execution(caches, work=work)))
             wall, cpu, is_right = run_all(engine, count)
-        print(f"{count} tasks: {wall:.3f} ms each, {cpu:.3f} ms processor time, peak {peak_mb():.0f} MB")  # noqa: T201
+        print(f"{count} tasks: {wall:.3f} ms each, {cpu:.3f} ms processor time, {peaks()}")  # noqa: T201
         right = right and is_right
     return int(not right)
 

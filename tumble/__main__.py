@@ -31,6 +31,8 @@ if before is not None:
     signal.signal(signal.SIGINT, before)
 
 EXIT_DONE, EXIT_BUG, EXIT_INTERRUPTED = 0, 3, 130
+# Options that say where tasks run, or that tables have a copy: `tumble.shares` deals with them.
+SHARED = ("shard", "cache", "parquet", "workers", "scheduler", "tls_ca", "tls_cert", "tls_key")
 INTERRUPTED = "interrupted; nothing was written"
 # Signals received that end this process.
 interrupts: list[int] = []
@@ -84,7 +86,7 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
     else:
         command = importlib.import_module(f"tumble.commands.{options.command}")
         importlib.import_module("tumble.notes").show_log()
-        if any(getattr(options, name, None) for name in ("shard", "cache", "parquet", "workers", "scheduler")):
+        if any(getattr(options, name, None) for name in SHARED):
             return importlib.import_module("tumble.shares").main(command.main, options)
         return command.main(options)
     return EXIT_DONE

@@ -17,15 +17,19 @@ from typing import Any
 
 import numba
 from numba.core.caching import FunctionCache
+from numba.core.runtime.nrt import rtsys
 
+# Releases of numba whose cache loads a kernel as this file does.
+IS_KNOWN = (0, 61) <= tuple(map(int, numba.__version__.split(".")[:2])) <= (0, 68)
 # Longest time to compile a kernel, and how often a process checks whether another has compiled it [s].
 LONGEST_WAIT_S, LOOK_AGAIN_S = 60.0, 0.02
 
 log = logging.getLogger(__name__)
 
 
+@cache
 def load_array_functions() -> None:
-    """Load numba's functions of arrays without scipy, whose BLAS it looks for: that would take a third of a start.
+    """Load numba's functions of arrays, for its compiler, without scipy, whose BLAS it looks for: 0.3 s.
 
     It looks once, to decide whether its np.convolve may use BLAS; whatever else needs BLAS looks again.
     Source: numba 0.61 to 0.68, numba/np/arraymath.py.
@@ -45,9 +49,6 @@ def no_blas() -> None:
     raise ImportError
 
 
-load_array_functions()
-
-
 class KernelCache(FunctionCache):
     """numba's cache, which tolerates damaged files and full disks and compiles nothing twice."""
 
@@ -58,8 +59,11 @@ class KernelCache(FunctionCache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the kernel compiled before, or by another process just now, or None."""
         found = self._loaded(sig, target_context)
-        if found is not None or not self._wait_for_turn(sig):
+        if found is not None:
             return found
+        load_array_functions()
+        if not self._wait_for_turn(sig):
+            return None
         found = self._loaded(sig, target_context)
         if found is not None:
             self._end_turn(sig)
@@ -97,7 +101,12 @@ class KernelCache(FunctionCache):
 
     def _loaded(self, sig: Any, target_context: Any) -> Any:
         try:
-            return super().load_overload(sig, target_context)
+            if not IS_KNOWN:
+                return super().load_overload(sig, target_context)
+            # As numba does, but for all that only its compiler needs to know, which takes 0.1 s to load.
+            rtsys.initialize(target_context)
+            with self._guard_against_spurious_io_errors():
+                return self._load_overload(sig, target_context)
         except Exception as error:  # whatever unpickling makes of bytes that are not what was written
             warn_once(
                 f"a compiled kernel in {self.cache_path} cannot be read ({type(error).__name__}): compiling it again"

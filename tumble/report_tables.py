@@ -30,6 +30,7 @@ from tumble.compare.run.execution import Parts
 from tumble.compare.run.flight import check_step
 from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, ProgressCallback, no_display
+from tumble.compare.run.provenance import conditions
 from tumble.compare.run.running_engines import TIME_LIMIT_S, RunningEngine, flights
 from tumble.compare.run.starting import started
 from tumble.compare.run.truths import Answered, Truths
@@ -45,7 +46,7 @@ from tumble.compare.sweep.work_precision import BRIEF, YARDSTICK, against_the_cl
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.frames import frame, kept_tables, merged, rows
 from tumble.compare.tables.known import SWEEP
-from tumble.compare.tables.shared import FINDINGS
+from tumble.compare.tables.shared import CONDITIONS, FINDINGS
 from tumble.scenarios.needs import needs
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.scene import Scene
@@ -146,7 +147,7 @@ def report_tables(
         sweeps = [against_the_clock(running_engines, scene, runs, on_progress, BRIEF) for scene, runs in sequences]
         ablation = timed(untimed_runs, on_progress, QUICK)
     swept_tables = measured(sweeps, REFERENCE)
-    return merged(
+    tables = merged(
         compared,
         maps,
         # Without rows where there is none: a table of an earlier run is removed.
@@ -157,6 +158,8 @@ def report_tables(
         {(SWEEP if name != FINDINGS.file else "") + name: table for name, table in swept_tables.items()},
         findings([*film_findings(films), *ablation_findings(ablation.rows), *map_findings(maps)]),
     )
+    # Now that times have been taken, they say under what load.
+    return tables | {CONDITIONS.file: frame(CONDITIONS, conditions(command))}
 
 
 def compared_tables(

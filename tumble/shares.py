@@ -8,11 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
-from tumble.compare.run.cluster import BadCluster, connected
+from tumble.compare.run.cluster.address import TLS, check_address
+from tumble.compare.run.cluster.connecting import connected
+from tumble.compare.run.cluster.on_worker import BadCluster
+from tumble.compare.run.cluster.quiet import QuietWorkers
 from tumble.compare.run.execution import EXECUTION, Shard, executing, interrupted
 from tumble.compare.run.provenance import circumstances
-from tumble.compare.run.quiet import QuietWorkers
-from tumble.compare.run.shards import BadShard, read_manifest, sharing
+from tumble.compare.run.shards.manifest import BadShard, read_manifest
+from tumble.compare.run.shards.sharing import sharing
 from tumble.compare.run.task_cache import TaskCache
 from tumble.notes import note
 from tumble.parser import PAGE, parser
@@ -27,18 +30,29 @@ def main(command: Callable[[Namespace], int], options: Namespace) -> int:
     """Run a command, or its share, with finished tasks found and saved in folders; return the exit code."""
     if not hasattr(options, "shard"):  # with --parquet alone
         return with_parquet(command, options)
-    address = None if options.workers else options.scheduler
+    if (options.shard or options.workers) and options.scheduler == os.environ.get("TUMBLE_SCHEDULER"):
+        options.scheduler = None  # a default for all commands, which what is asked of this one replaces
     if not options.shard:
-        try:
-            tls = {name: file for name in ("ca", "cert", "key") if (file := getattr(options, f"tls_{name}"))}
-            with placed(options.cache, options.workers, address, tls, options.insecure_scheduler):
-                return with_parquet(command, options)
-        except KeyboardInterrupt:
-            if not options.cache:
-                raise
-            raise interrupted(options.cache) from None
-    if options.workers or address != os.environ.get("TUMBLE_SCHEDULER"):
+        return run_whole(command, options)
+    if options.workers or options.scheduler:
         raise BadCluster("--shard runs here: leave out --scheduler and --workers")
+    return run_shard(command, options)
+
+
+def run_whole(command: Callable[[Namespace], int], options: Namespace) -> int:
+    """Run a command here or on workers; return the exit code."""
+    tls = {name: file for name in TLS if (file := getattr(options, f"tls_{name}"))}
+    try:
+        with placed(options.cache, options.workers, options.scheduler, tls, options.insecure_scheduler):
+            return with_parquet(command, options)
+    except KeyboardInterrupt:
+        if not options.cache:
+            raise
+        raise interrupted(options.cache) from None
+
+
+def run_shard(command: Callable[[Namespace], int], options: Namespace) -> int:
+    """Run the share of a command, whose results it leaves in a folder; return 0."""
     shard = Shard(*options.shard)
     named = options.output not in (None, PAGE)
     folder = Path(options.output if named else f"shard-{shard.number}-of-{shard.count}")
@@ -70,8 +84,11 @@ def placed(
         execution = EXECUTION.get()
         if cache:
             execution = replace(execution, caches=caches_of(cache))
+        if workers is not None and (workers < 1 or scheduler):
+            raise BadCluster(f"--workers {workers}: must be at least 1, and without --scheduler, which has its own")
+        check_address(scheduler, tls, is_insecure)
         if workers or scheduler:
-            cluster = stack.enter_context(connected(scheduler, workers, tls, is_insecure))
+            cluster = stack.enter_context(connected(scheduler, workers, tls))
             execution = replace(
                 execution, work=cluster.work, workers=cluster.workers, times=QuietWorkers(cluster.client)
             )

@@ -31,7 +31,7 @@ from tumble.scenarios.truth import Truth
 # A free cube, a body that never rotates, and the benchmark scene, which needs most features.
 SCENES = ("table-4-1", "die-straight", "yardstick")
 # Of a page.
-QUICK = Sampling(span_s=0.0, rounds=12, budget_s=1.0)
+QUICK = Sampling(span_s=0.0, rounds=8, budget_s=1.0)
 # Reason of an engine without optional features, or without any that the scene does not need.
 NOTHING = "no unneeded features"
 # Errors of one size: rounding or another choice of steps may double an error, a lost term does far worse.

@@ -15,8 +15,8 @@ from tumble.compare.check.tolerances import Tolerances
 from tumble.compare.contact.differences import contact_differences
 from tumble.compare.contact.schemas import CONTACT, ContactRow
 from tumble.compare.judge.trend import TRENDS
+from tumble.compare.run.asked import engine_files, titles
 from tumble.compare.run.precision import DOUBLE, rounding
-from tumble.compare.run.running_engines import engine_files, titles
 from tumble.compare.run.status import described
 from tumble.compare.tables.frames import rows
 from tumble.compare.tables.schema import Table

@@ -60,7 +60,7 @@ def measure(
     """Return the record of all contestants on all scenes.
 
     words: for scenes and contestants on the command line; timed: whether run times are measured, after all other
-    runs; on_progress: called for every reference solution, cell and timed scene.
+    runs; on_progress: called for every reference solution and cell, and when all are timed.
     Raises RayMissed if the ray of a later impulse misses the true body.
     """
     landing, limit_s = [scene for scene in scenes if scene.plane], truth_limit(running_engines)
@@ -74,13 +74,14 @@ def measure(
             answers = [future.result() for future in truths.futures] if cells is not None else []
         landed = part(lambda: contacts(running_engines, answered(landing, limit_s), on_progress=on_progress))
     found = iter(cells)
-    rows, times = [], []
+    rows, runs = [], []
     for scene, answer, own in zip(scenes, answers, tasks, strict=True):
         titled = [(one.running_engine.title, next(found)) for one in own]
         rows += [cell_row(scene, answer.truth, title, cell) for title, cell in titled]
-        if timed:
-            runs = [cell.own.run(scene, title, answer.truth) for title, cell in titled]
-            times += time_rows(running_engines, scene, runs, on_progress)
+        runs.append((scene, [cell.own.run(scene, title, answer.truth) for title, cell in titled]))
+    times = [*time_rows(running_engines, runs)] if timed else []
+    if timed:
+        on_progress("timed")
     return Record(
         scenes=tuple(words[0]),
         contestants=tuple(words[1]),

@@ -13,7 +13,7 @@ import pandas as pd
 from tumble.compare.check.schemas import CELLS, DRIFTS, ERRORS, EXACT, QUESTIONS, STATUSES, TIMES, CellRow, QuestionRow
 from tumble.compare.contact.schemas import CONTACT
 from tumble.compare.judge.trend import TRENDS
-from tumble.compare.run.provenance import ConditionRow, versions
+from tumble.compare.run.provenance import ConditionRow, timed_under, versions
 from tumble.compare.tables.files import place
 from tumble.compare.tables.frames import csv_text, frame, read_file, rows
 from tumble.compare.tables.schema import BadTable, Table
@@ -84,6 +84,7 @@ def texts(record: Record) -> dict[str, str]:
         ConditionRow("command", record.command),
         ConditionRow("scenes", shlex.join(record.scenes)),
         ConditionRow("contestants", shlex.join(record.contestants)),
+        *timed_under(),
         *versions(),
     )
     tables = {QUESTIONS: record.questions, ENGINES: record.engines, CELLS: record.cells}

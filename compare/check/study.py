@@ -13,10 +13,11 @@ from tumble.compare.check.schemas import TIMES
 from tumble.compare.check.times import nearer
 from tumble.compare.check.tolerances import Tolerances
 from tumble.compare.contact.schemas import CONTACT
+from tumble.compare.run.asked import known_contestant, wanted
 from tumble.compare.run.engines.registry import is_file
 from tumble.compare.run.local import Asked, LocalEngine
 from tumble.compare.run.progress import Display, no_display
-from tumble.compare.run.running_engines import TIME_LIMIT_S, flights, known_contestant, wanted
+from tumble.compare.run.running_engines import TIME_LIMIT_S, flights
 from tumble.compare.run.starting import started
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.tables.files import write_folder
@@ -86,7 +87,7 @@ def measure_record(how: Measuring, baseline: Record | None = None, display: Disp
     beside = baseline.contestants if baseline else ()
     with (
         started(contestants, how.time_limit, how.memory_limit, display, beside=beside) as running_engines,
-        display(flights(running_engines, [*scenes, *landing]) + len(scenes) * (1 + timed)) as on_progress,
+        display(flights(running_engines, [*scenes, *landing]) + len(scenes) + timed) as on_progress,
     ):
         words = names(asked_scenes), names(contestants)
         return measure(running_engines, scenes, words, how.command, timed, on_progress)

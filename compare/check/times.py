@@ -9,51 +9,52 @@ import numpy as np
 import pandas as pd
 
 from tumble.compare.check.schemas import TIMES, TimeRow
-from tumble.compare.judge.cost import REFERENCE, time_runs
+from tumble.compare.judge.cost import REFERENCE, Timed, time_runs
 from tumble.compare.judge.errors import Run
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.progress import ProgressCallback
 from tumble.compare.run.running_engines import RunningEngine, launched
 from tumble.compare.run.timing.readings import ratio
 from tumble.scenarios.scene import Scene
 
 
 def time_rows(
-    running_engines: Sequence[RunningEngine], scene: Scene, runs: Sequence[Run], on_progress: ProgressCallback
+    running_engines: Sequence[RunningEngine], scenes: Sequence[tuple[Scene, Sequence[Run]]]
 ) -> Iterator[TimeRow]:
-    """Yield the time of every run of one scene over the reference contestant's, which joins if it was not asked for.
+    """Yield the time of every run over the reference contestant's of its scene, which joins where it was not asked for.
 
-    An untimed run has no row; without a time of the reference all are empty.
+    An untimed run has no row; without a time of the reference all of its scene are empty.
     """
-    finished = [run for run in runs if isinstance(run.answer, Trajectory)]
+    finished = [(scene, [run for run in runs if isinstance(run.answer, Trajectory)]) for scene, runs in scenes]
+    alone = [number for number, (_, runs) in enumerate(finished) if not any(run.name == REFERENCE for run in runs)]
     with ExitStack() as guests:
         present = list(running_engines)
-        if not any(run.name == REFERENCE for run in finished):
+        if alone:
             (guest,) = guests.enter_context(launched([REFERENCE]))
-            answer = guest.simulate(scene, guest.methods[0], scene.step)
-            finished.append(
-                Run(scene=scene, engine=guest.title, method=guest.methods[0], dt=scene.step, answer=answer, truth=None)
-            )
             present = [each for each in present if each.title != guest.title] + [guest]
-        found, _ = time_runs(present, scene, finished)
-    on_progress("timed")
-    timed = {each.run.name: each for each in found}
-    unit = timed.get(REFERENCE)
-    for run in runs:
-        if each := timed.get(run.name):
-            row = TimeRow(scene=scene.name, engine=run.engine, method=run.method, reference=REFERENCE)
-            if unit is not None:
-                found_ratio = ratio(each.reading, unit.reading)
-                if not found_ratio.refusal:
-                    # From the times of the readings to those of the whole runs.
-                    found_ratio *= each.run_ns / each.reading.ns * unit.reading.ns / unit.run_ns
-                    row = replace(
-                        row,
-                        time_ratio=found_ratio.value,
-                        time_ratio_low=found_ratio.low,
-                        time_ratio_high=found_ratio.high,
-                    )
-            yield row
+            for number in alone:
+                finished[number][1].append(own_run(guest, finished[number][0]))
+        times = time_runs(present, finished)
+    for (scene, runs), (found, _) in zip(scenes, times, strict=True):
+        timed = {each.run.name: each for each in found}
+        unit = timed.get(REFERENCE)
+        yield from (row_of(scene, each, unit) for run in runs if (each := timed.get(run.name)))
+
+
+def own_run(guest: RunningEngine, scene: Scene) -> Run:
+    """Return the reference contestant's run of a scene."""
+    (method,) = guest.methods
+    answer = guest.simulate(scene, method, scene.step)
+    return Run(scene=scene, engine=guest.title, method=method, dt=scene.step, answer=answer, truth=None)
+
+
+def row_of(scene: Scene, each: Timed, unit: Timed | None) -> TimeRow:
+    """Return the time of one run over that of the reference contestant, empty without one."""
+    row = TimeRow(scene=scene.name, engine=each.run.engine, method=each.run.method, reference=REFERENCE)
+    if unit is None or (found := ratio(each.reading, unit.reading)).refusal:
+        return row
+    # From the times of the readings to those of the whole runs.
+    found *= each.run_ns / each.reading.ns * unit.reading.ns / unit.run_ns
+    return replace(row, time_ratio=found.value, time_ratio_low=found.low, time_ratio_high=found.high)
 
 
 def nearer(before: pd.DataFrame, found: pd.DataFrame, again: pd.DataFrame) -> pd.DataFrame:

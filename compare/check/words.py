@@ -9,7 +9,7 @@ from pathlib import Path
 from tumble.compare.check.changes import Change, Outcome, Verdict
 from tumble.compare.check.record import Record
 from tumble.compare.check.schemas import ERRORS
-from tumble.compare.run.running_engines import engine_files, titles
+from tumble.compare.run.asked import engine_files, titles
 from tumble.compare.run.status import described
 
 FIGURES = {

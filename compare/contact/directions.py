@@ -149,8 +149,6 @@ def first_slip(scene: Scene) -> Array:
 
 def reaches_edge(scene: Scene) -> float:
     """Return the tangent of the tilt at which the body tips over the nearest edge of its face; 0 if it lies on none."""
-    from scipy.spatial import ConvexHull  # slow to load
-
     from tumble.scenarios.frames import vertices
 
     assert scene.plane is not None
@@ -160,8 +158,24 @@ def reaches_edge(scene: Scene) -> float:
     if len(face) < 3:
         return 0.0
     flat = (face - centre) @ np.stack(plane_axes(scene.plane.normal), axis=1)
-    nearest = float((-ConvexHull(flat).equations[:, 2]).min())
+    disc = scene.body.disc
+    nearest = edge_distance(flat) if disc is None else disc.radius
     return nearest / float((centre - scene.plane.point) @ scene.plane.normal)
+
+
+def edge_distance(points: Array) -> float:
+    """Return how far the origin is from the nearest edge of the convex hull of points, (n, 2); less than 0 outside.
+
+    Every line through two points that has no point beyond it is an edge's: scipy's hull would take 0.4 s to load.
+    """
+    along = points - points[:, None]
+    lengths = np.linalg.norm(along, axis=2)
+    first, second = np.nonzero(lengths > 0)
+    normals = np.stack((along[..., 1], -along[..., 0]), axis=2)[first, second] / lengths[first, second, None]
+    offsets = np.einsum("ki,ki->k", normals, points[first])
+    beyond = normals @ points.T - offsets[:, None]
+    is_edge = beyond.max(axis=1) <= 1e-12 * lengths.max()
+    return float(offsets[is_edge].min())
 
 
 def turned_scene(scene: Scene, whole: WholeRun, dt: float, count: int = DIRECTIONS) -> tuple[Array, Scene]:

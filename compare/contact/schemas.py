@@ -10,6 +10,7 @@ VERDICT_WORDS = {
     "Coulomb and Newton": "the law error is zero within its interval, or less than one step makes",
     "tunnels": "the body passes through the plane",
     "gains energy in an impact": "an impact adds energy where the law takes some",
+    "gains energy as it rolls": "a disc on its rim gains energy, which friction that holds cannot give",
     "contact without touching": "the plane pushes before the body touches it",
     "another law: pyramid": "friction depends on the direction as that of a pyramid along the named axes does",
     "another law: friction": "a body that slides is braked as by another coefficient of friction, which is named",

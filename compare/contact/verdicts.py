@@ -13,7 +13,7 @@ from tumble.compare.contact.findings import RIGHT
 from tumble.compare.contact.impacts import DEEPEST, GAP, REBOUND
 from tumble.compare.contact.study import Contact, Observation
 from tumble.compare.contact.whole_impulse import after_whole_impulse
-from tumble.compare.contact.whole_run import REST
+from tumble.compare.contact.whole_run import LOST, REST
 
 ITS_LAW, NOT_ITS_LAW = "its own law", "not its own law"
 VISCOUS = "friction viscous below v_s"
@@ -88,7 +88,7 @@ def own_verdict(contact: Contact, one: Observation) -> str:
     if one.is_right:
         return RIGHT
     if name.startswith("energy lost") and limit.high < min(0.0, one.asked.true):
-        return f"gains energy in an impact: {-limit.value:.3g} J"
+        return f"gains energy {'as it rolls' if name == LOST else 'in an impact'}: {-limit.value:.3g} J"
     error = limit.value - one.asked.true
     if name == DEEPEST or (name == "height at rest" and error < 0):
         return f"sinks by {abs(error) * 1e3:.3g} mm"

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from tumble.compare.run.flight import Trajectory
 from tumble.scenarios.frames import Array, rotation_matrix, turned_by, vertices
+from tumble.scenarios.lowest import lowest as lowest_of
+from tumble.scenarios.lowest import lowest_point
 from tumble.scenarios.scene import Body, Plane, Scene
 
 # The plane pushes where the normal velocity changes by more than this share of what gravity does, or, without
@@ -68,10 +70,12 @@ class Watched:
 
     @cached_property
     def slip(self) -> Array:
-        """Velocity along the plane of a sphere's lowest point, or of another body's centre [m/s], (R, 3)."""
-        v, w = self.states[:, 7:10], self.states[:, 10:13]
-        if self.scene.body.radius is not None:
-            v = v + np.cross(w, -self.scene.body.radius * self.plane.normal)
+        """Velocity along the plane of a sphere's or a disc's lowest point, else of the centre [m/s], (R, 3)."""
+        v, w, body = self.states[:, 7:10], self.states[:, 10:13], self.scene.body
+        if body.radius is not None:
+            v = v + np.cross(w, -body.radius * self.plane.normal)
+        elif body.disc is not None:
+            v = v + np.cross(w, lowest_point(body, self.states[:, 3:7], self.plane.normal))
         return self.along(v)
 
     @cached_property
@@ -106,12 +110,9 @@ def gravity(scene: Scene) -> Array:
 
 def lowest(scene: Scene, states: Array) -> Array:
     """Return the height of the lowest point above the plane [m], (R,); states (R, 13)."""
-    assert scene.plane is not None
-    height = (states[:, 0:3] - scene.plane.point) @ scene.plane.normal
-    if scene.body.radius is not None:
-        return height - scene.body.radius
-    normals = np.einsum("rji,j->ri", rotation_matrix(states[:, 3:7]), scene.plane.normal)
-    return height + (normals @ scene.body.points.T).min(axis=1)
+    plane = scene.plane
+    assert plane is not None
+    return (states[:, 0:3] - plane.point) @ plane.normal + lowest_of(scene.body, states[:, 3:7], plane.normal)
 
 
 def angular_momentum(state: Array, body: Body) -> Array:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from tumble.compare.contact.asked import BY_OWN_LAW, CREEP, Asked
 from tumble.compare.contact.impacts import DEEPEST, SHIFTS, known_to
 from tumble.compare.contact.watched import Watched, gravity
-from tumble.scenarios.frames import Array, vertices
+from tumble.compare.judge import mechanics
+from tumble.scenarios.frames import Array, rotation_matrix, vertices
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
 from tumble.scenarios.truth.contact.record import ContactRecord, Observable
@@ -30,7 +31,7 @@ LATE = 0.1
 REST_STEPS = 2.0
 # Samples through which a curve is laid; and, of its reach, how near to its lowest point others lie on the plane.
 AROUND, ON_THE_PLANE = 4, 1e-9
-REST = "instant of rest"
+REST, SLIP, LOST = "instant of rest", "creep speed of the rim", "energy lost as it rolls"
 TIPPED, PRECESSION, TILT = "angle it has tipped by", "mean precession", "greatest tilt of the axis"
 
 
@@ -96,8 +97,10 @@ def asked(scene: Scene, record: ContactRecord, one: Observable, dt: float, fines
     speed = max((float(np.linalg.norm(event.before[7:10])) for event in record.events), default=0.0)
     speed = max(speed, float(np.linalg.norm(scene.start[0, 7:10])), pull * dt)
     reach, gained = scene.body.reach, max(speed, pull * took)
-    scales = {"m/s": gained, "rad/s": gained / reach, "s": took or one.value, "rad": 1.0, "m/s2": pull}
+    energy = float(mechanics.kinetic_energy(scene.start[0], scene.body))
+    scales = {"m/s": gained, "rad/s": gained / reach, "s": took or one.value, "rad": 1.0, "m/s2": pull, "J": energy}
     steps = {"m/s": pull, "rad/s": pull / reach, "s": 1.0, "m": speed, "rad": pull / speed, "m/s2": pull / (took or 1)}
+    steps["J"] = scene.body.mass * speed * pull
     one_step, scale = SHIFTS * dt * steps[one.unit], scales.get(one.unit, abs(one.value) or reach)
     if one.name in ("height at rest", DEEPEST):  # what a body falls within a step
         one_step, scale = dt * dt * pull, reach
@@ -105,8 +108,9 @@ def asked(scene: Scene, record: ContactRecord, one: Observable, dt: float, fines
         one_step = 2 * dt * dt * pull / took
     if one.name == TIPPED:
         one_step = SHIFTS * dt * size(record, "spin at that angle")
-    if one.name in (PRECESSION, TILT):  # of a top, that falls with the turn of a step
-        one_step = SHIFTS * finest * size(record, "mean spin") * abs(one.value)
+    if one.name in (PRECESSION, TILT, SLIP, LOST):  # of a top or a disc, that falls with the turn of a step
+        turn = float(np.linalg.norm(scene.start[0, 10:13]))
+        one_step = SHIFTS * finest * turn * {SLIP: turn * reach, LOST: energy}.get(one.name, abs(one.value))
     return Asked(one.name, None, one.unit, one.value, scale, one_step, known_to(one))
 
 
@@ -289,7 +293,13 @@ def pivot(whole: WholeRun, one: Observable) -> Array:
 
 
 def axes(whole: WholeRun, one: Observable, seen: Watched) -> Array:
-    """Return the unit vectors from the tip to the centre of mass, (R, 3)."""
+    """Return the unit vectors from the tip to the centre of mass, or along a disc's axis, on the plane's side at first,
+
+    (R, 3).
+    """
+    if seen.scene.body.disc is not None:
+        along: Array = rotation_matrix(seen.states[:, 3:7])[:, :, 2]
+        return along if along[0] @ seen.plane.normal >= 0 else -along
     apart = seen.states[:, 0:3] - seen.place(pivot(whole, one))
     return apart / np.linalg.norm(apart, axis=1, keepdims=True)
 
@@ -305,6 +315,20 @@ def mean_precession(whole: WholeRun, one: Observable, seen: Watched) -> float:
 def mean_axial_spin(whole: WholeRun, one: Observable, seen: Watched) -> float:
     """Return the mean spin [rad/s] about the line from the point on the plane to the centre of mass."""
     return float(np.einsum("ri,ri->r", axes(whole, one, seen), seen.states[:, 10:13])[seen.times <= one.ends_s].mean())
+
+
+def mean_slip(whole: WholeRun, one: Observable, seen: Watched) -> float:
+    """Return the mean speed along the plane [m/s] of the material at a disc's lowest point."""
+    inside = seen.times <= one.ends_s
+    return float(np.linalg.norm(seen.slip[inside], axis=1).mean())
+
+
+def energy_lost(whole: WholeRun, one: Observable, seen: Watched) -> float:
+    """Return the energy [J] that a disc loses from its start to the end of the window."""
+    first, last = seen.states[0], seen.at(one.ends_s)
+    body = seen.scene.body
+    kinetic = mechanics.kinetic_energy(first, body) - mechanics.kinetic_energy(last, body)
+    return float(kinetic - body.mass * seen.pull @ (first[0:3] - last[0:3]))
 
 
 def greatest_tilt(whole: WholeRun, one: Observable, seen: Watched) -> float:
@@ -332,6 +356,7 @@ READERS: dict[str, Reader] = {
     "velocity as it": as_it_ends,
     "spin as it": as_it_ends,
     "mean acceleration": mean_acceleration,
+    SLIP: mean_slip,
     "creep speed of": creep_of_pivot,
     CREEP: creep,
     TIPPED: angle_tipped,
@@ -339,6 +364,7 @@ READERS: dict[str, Reader] = {
     PRECESSION: mean_precession,
     "mean spin": mean_axial_spin,
     TILT: greatest_tilt,
+    LOST: energy_lost,
     "height at rest": height_at_rest,
     DEEPEST: deepest,
 }

@@ -47,6 +47,8 @@ More names where they are not empty:
                 refuses what would take too long, so that their rows are the same whatever else the machine does
     INSTANTS    the only sample instants at which the engine has an answer [s]; it takes part in scenes with others only
                 when it is asked for
+    REUSES_WORLD  whether a world depends on nothing of a scene's duration, samples and step, so that runs which differ
+                in these alone may have one, which `write` makes forget the run before; without it each has a new world
     SENSE       how `sense` reads: "sensor", which is taken where it is not said: by the engine's own; "derivatives": by
                 the equations of motion in the state; or {method: that}, where other methods have no `sense`
     EXEMPT      {law: why}: laws that the engine is there to break

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from robox3d._ffi import ffi, lib, shim
 
 from tumble.compare.engines.parts.audits import beyond, stood_still
+from tumble.compare.engines.parts.cylinder import cylinder
 from tumble.compare.engines.parts.held import held_wrench
 from tumble.compare.engines.parts.scale import scale_to_one
 from tumble.compare.engines.parts.substeps import held_over
@@ -42,6 +43,7 @@ KNOWN_FAILURES = {"mirror images": {"*": "the two ends of an edge that lands do 
 GYROSCOPIC = {"semi-implicit-euler": "implicit"}
 # What it does unless told otherwise; substeps are what its manual asks for.
 SUBSTEPS, LARGEST_SPEED, CAPPED_TURN = 4, 400.0, math.pi / 4  # m/s, rad a step
+SIDES = 32  # of the prism that stands for a disc: it takes no more corners
 NO_LIMIT = 1e30
 SCHEMES = {
     "semi-implicit-euler+held": "semi-implicit-euler",
@@ -174,7 +176,7 @@ def of_pair(plane: Any, group: tuple[int, int]) -> Any:
 
 
 def add_shape(made: Any, plane: Any, body: Any) -> None:
-    """Give a body its shape: a sphere, a box, or the convex hull of the points."""
+    """Give a body its shape: a sphere, a box, or the convex hull of the points, of a disc that of a prism."""
     about = of_pair(plane, THROWN)
     if body.radius is not None:
         sphere = ffi.new("b3Sphere*", ((0.0, 0.0, 0.0), body.radius))
@@ -183,12 +185,20 @@ def add_shape(made: Any, plane: Any, body: Any) -> None:
         box = ffi.new("b3BoxHull*", lib.b3MakeBoxHull(*(body.size / 2).tolist()))
         lib.b3CreateHullShape(made, ffi.addressof(about), ffi.addressof(box.base))
     else:
-        points = ffi.new("b3Vec3[]", [tuple(point) for point in body.points.tolist()])
-        hull = lib.b3CreateHull(points, len(body.points), len(body.points))
+        corners = body.points if body.disc is None else prism(*cylinder(body.disc))
+        points = ffi.new("b3Vec3[]", [tuple(point) for point in corners.tolist()])
+        hull = lib.b3CreateHull(points, len(corners), len(corners))
         if hull == ffi.NULL:
             raise NotImplementedError("it makes no convex hull of these points")
         lib.b3CreateHullShape(made, ffi.addressof(about), hull)
         lib.b3DestroyHull(hull)
+
+
+def prism(radius: float, half: float) -> NDArray[np.float64]:
+    """Return the corners of the prism that stands for a disc about the z axis, (2 SIDES, 3) [m]."""
+    angles = 2 * np.pi * np.arange(SIDES) / SIDES
+    circle = radius * np.column_stack((np.cos(angles), np.sin(angles)))
+    return np.concatenate([np.column_stack((circle, np.full(SIDES, z))) for z in (-half, half)])
 
 
 def write(world: World, states: NDArray[np.float64]) -> None:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.compare.engines.parts.audits import stood_still
+from tumble.compare.engines.parts.cylinder import cylinder
 from tumble.compare.engines.parts.held import held_wrench
 from tumble.compare.engines.parts.silence import silenced_stderr
 
@@ -136,6 +137,9 @@ def shape_of(body: Any) -> Any:
     """Return the body's shape."""
     if body.radius is not None:
         return dartpy.dynamics.SphereShape(body.radius)
+    if body.disc is not None:
+        radius, half = cylinder(body.disc)
+        return dartpy.dynamics.CylinderShape(radius, 2 * half)
     if body.size is not None:
         return dartpy.dynamics.BoxShape(np.array(body.size))
     raise NotImplementedError("its Python package makes no convex hull of points")

@@ -35,6 +35,7 @@ from pydrake.geometry import (
     Box,
     CollisionFilterDeclaration,
     Convex,
+    Cylinder,
     GeometrySet,
     HalfSpace,
     InMemoryMesh,
@@ -57,6 +58,7 @@ from pydrake.systems.sensors import Accelerometer, Gyroscope
 
 from tumble.compare.engines.parts.apart import Apart, from_each, in_each, of_each, to_each
 from tumble.compare.engines.parts.audits import stood_still
+from tumble.compare.engines.parts.cylinder import cylinder
 from tumble.compare.engines.parts.held import held_wrench
 from tumble.compare.engines.parts.impact import approach_speed, impact_duration
 from tumble.compare.engines.parts.soft_law import HUNT_CROSSLEY, SoftLaw
@@ -112,6 +114,8 @@ ABOUT = {
 RIGID, LEAST_RESTITUTION, SHIPPED_MODULUS, STICTION = 1e9, 0.02, 1e7, 1e-3
 # Steps [s] that contact is made for: until one is known, and under error control.
 FIRST_STEP, OWN_STEPS = 1e-3, 1e-4
+# Of a disc's radius: how finely its rim is cut for a hydroelastic contact.
+FINE = 1 / 16
 
 
 # Of a plant's outputs on its bodies, those that its sensors take, in the order of their inputs.
@@ -201,7 +205,8 @@ def touch(plant: Any, scene_graph: Any, world: World, contact_dt: float) -> None
         share = STICTION if world.method == "discrete" else 1.0
         plant.set_stiction_tolerance(share * slowest(scene, contact_dt))
     if body.radius is None:  # a sphere's surface would be one of triangles
-        AddCompliantHydroelasticProperties(body.reach, modulus, of_body)
+        grain = body.reach if body.disc is None else FINE * body.disc.radius
+        AddCompliantHydroelasticProperties(grain, modulus, of_body)
     half_space = HalfSpace.MakePose(plane.normal, plane.point)
     ids = [plant.RegisterCollisionGeometry(plant.world_body(), half_space, HalfSpace(), "plane", of_plane)]
     for number in range(len(scene.start)):
@@ -212,9 +217,12 @@ def touch(plant: Any, scene_graph: Any, world: World, contact_dt: float) -> None
 
 
 def shape_of(body: "Body") -> Any:
-    """Return a sphere, a box, or the convex hull of the body's points."""
+    """Return a sphere, a cylinder, a box, or the convex hull of the body's points."""
     if body.radius is not None:
         return Sphere(body.radius)
+    if body.disc is not None:
+        radius, half = cylinder(body.disc)
+        return Cylinder(radius, 2 * half)
     if body.size is not None:
         return Box(*body.size)
     points = "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in body.points.tolist())

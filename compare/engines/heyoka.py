@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 METHODS = ("taylor",)
 DEFAULT = ()  # its own tolerance is 2.2e-16
 ADAPTIVE = {"taylor": 1e-9}
+REUSES_WORLD = True
 FEATURES = {"gravity"}
 PACKAGES = ("heyoka",)
 PINS = ("heyoka==7.13.2",)

@@ -35,6 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.compare.engines.parts.apart import Apart, from_each, in_each, of_each, to_each
+from tumble.compare.engines.parts.cylinder import cylinder
 from tumble.compare.engines.parts.impact import damping_ratio, impact_duration, of_steps
 from tumble.compare.engines.parts.scale import scale_to_one
 from tumble.compare.engines.parts.soft_law import IMPEDANCE as IMPEDANCE_LAW
@@ -72,6 +73,7 @@ SHOWN = ("euler", "euler+defaults", "rk4", "implicitfast")
 LANDING = ("euler", *CONTACT)
 FEATURES = {"gravity", "tether", "drag", "floor", "plane"}
 STEP_NS = 2000
+REUSES_WORLD = True
 OPTIONAL = (*FLAGS, "geoms")
 PACKAGES = ("mujoco", "mujoco-core")
 PINS = ("mujoco==4.0.0",)
@@ -169,6 +171,8 @@ SENSOR = '<accelerometer site="{name}"/> <gyro site="{name}"/>'
 SOLVER_TOLERANCE = 1e-15
 AXES = ("1 0 0", "0 1 0", "0 0 1")
 UNIT_MOMENTS = np.ones(3)
+# A state with the conjugate of its quaternion.
+TURNED_BACK = np.array((1, 1, 1, 1, -1, -1, -1, 1, 1, 1, 1, 1, 1))
 
 # MuJoCo would write its warnings to standard error and to MUJOCO_LOG.TXT in the working directory; they are counted in
 # the data all the same, and `audit` tells them.  There is one handler for the whole process.
@@ -324,9 +328,12 @@ def plane_of(plane: "Plane", own: str) -> str:
 
 
 def shape_of(body: "Body") -> str:
-    """Return the attributes of the body's geom: a sphere, a box, or the convex hull of its points."""
+    """Return the attributes of the body's geom: a sphere, a cylinder, a box, or the convex hull of its points."""
     if body.radius is not None:
         return f'type="sphere" size="{body.radius!r}"'
+    if body.disc is not None:
+        radius, half = cylinder(body.disc)
+        return f'type="cylinder" size="{radius!r} {half!r}"'
     return 'type="mesh" mesh="hull"' if body.size is None else f'type="box" size="{words(body.size / 2)}"'
 
 
@@ -394,7 +401,8 @@ def write(world: World, states: NDArray[np.float64]) -> None:
     qpos, qvel = coordinates(world)
     qpos[:] = states[:, 0:7]
     qvel[:, 0:3] = states[:, 7:10]
-    qvel[:, 3:6] = turned(states[:, 10:13], states[:, 3:7] * (1, -1, -1, -1))
+    for velocity, state in zip(qvel, states * TURNED_BACK, strict=True):
+        mujoco.mju_rotVecQuat(velocity[3:6], state[10:13], state[3:7])
     world.steps, world.elapsed = 0, 0.0
 
 
@@ -436,7 +444,8 @@ def read(world: World) -> NDArray[np.float64]:
     qpos, qvel = coordinates(world)
     states = np.empty((len(qpos), 13))
     states[:, 0:7], states[:, 7:10] = qpos, qvel[:, 0:3]
-    states[:, 10:13] = turned(qvel[:, 3:6], qpos[:, 3:7])
+    for state, velocity in zip(states, qvel, strict=True):
+        mujoco.mju_rotVecQuat(state[10:13], velocity[3:6], state[3:7])
     return states
 
 
@@ -478,11 +487,3 @@ def audit(world: World) -> list[tuple[str, str]]:
 def coordinates(world: World) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return views of positions, (N, 7): x, q, and velocities, (N, 6): v in world axes, w in body axes."""
     return world.data.qpos.reshape(-1, 7), world.data.qvel.reshape(-1, 6)
-
-
-def turned(vectors: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return vectors, (N, 3), turned by quaternions w x y z, (N, 4), as MuJoCo turns them."""
-    result = np.empty((len(vectors), 3))
-    for row, vector, turn in zip(result, vectors, q, strict=True):
-        mujoco.mju_rotVecQuat(row, vector, turn)
-    return result

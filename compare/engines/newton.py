@@ -33,6 +33,7 @@ import warp
 from numpy.typing import NDArray
 
 from tumble.compare.engines.parts.audits import stood_still
+from tumble.compare.engines.parts.cylinder import cylinder
 from tumble.compare.engines.parts.held import held_wrench
 from tumble.compare.engines.parts.impact import damping_ratio, impact_duration, of_steps
 from tumble.compare.engines.parts.scale import scale_to_one
@@ -146,11 +147,14 @@ def build(scene: "Scene", method: str) -> World:
 
 
 def touch(builder: Any, scene: "Scene", kind: str) -> None:
-    """Give the last body its shape: a sphere or a box."""
+    """Give the last body its shape: a sphere, a cylinder or a box."""
     body, number = scene.body, builder.body_count - 1
     cfg = material(scene, kind)
     if body.radius is not None:
         builder.add_shape_sphere(number, radius=body.radius, cfg=cfg)
+    elif body.disc is not None:
+        radius, half = cylinder(body.disc)
+        builder.add_shape_cylinder(number, radius=radius, half_height=half, cfg=cfg)
     elif body.size is not None:
         hx, hy, hz = (body.size / 2).tolist()
         builder.add_shape_box(number, hx=hx, hy=hy, hz=hz, cfg=cfg)

@@ -22,6 +22,7 @@ import ode
 from numpy.typing import NDArray
 
 from tumble.compare.engines.parts.audits import stood_still
+from tumble.compare.engines.parts.cylinder import cylinder
 from tumble.compare.engines.parts.held import held_wrench
 
 if TYPE_CHECKING:
@@ -149,6 +150,9 @@ def shape_of(body: Any) -> tuple[Any, Any]:
     """Return the body's shape, and what it refers to; of a mesh its vertices touch a plane, those of its hull alone."""
     if body.radius is not None:
         return ode.GeomSphere(None, body.radius), None
+    if body.disc is not None:
+        radius, half = cylinder(body.disc)
+        return ode.GeomCylinder(None, radius, 2 * half), None
     if body.size is not None:
         return ode.GeomBox(None, tuple(body.size.tolist())), None
     if not len(body.faces):

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.compare.engines.parts.audits import beyond, stood_still
+from tumble.compare.engines.parts.cylinder import cylinder
 from tumble.compare.engines.parts.held import held_wrench
 from tumble.compare.engines.parts.scale import scale_to_one
 from tumble.compare.engines.parts.silence import silenced_stderr
@@ -162,9 +163,13 @@ def with_margin(shape: Any, scene: "Scene", defaults: bool) -> Any:
 
 
 def shape_of(body: Any, material: Any) -> Any:
-    """Return the body's shape: a box, a sphere, or the convex hull of the points."""
+    """Return the body's shape: a sphere, a cylinder, a box, or the convex hull of the points."""
     if body.radius is not None:
         return physx.PhysxCollisionShapeSphere(body.radius, material)
+    if body.disc is not None:
+        disc = physx.PhysxCollisionShapeCylinder(*cylinder(body.disc), material)
+        disc.set_local_pose(sapien.Pose(q=turn_onto(np.array((1.0, 0.0, 0.0)), np.array((0.0, 0.0, 1.0))).tolist()))
+        return disc
     if body.size is not None:
         return physx.PhysxCollisionShapeBox((body.size / 2).astype(np.float32), material)
     return physx.PhysxCollisionShapeConvexMesh(body.points.astype(np.float32), np.ones(3, np.float32), material)

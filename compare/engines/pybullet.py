@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.compare.engines.parts.cylinder import cylinder
 from tumble.compare.engines.parts.scale import scale_to_one
 from tumble.compare.engines.parts.silence import silenced_stderr
 
@@ -42,6 +43,7 @@ SHOWN = ("multibody", "multibody+defaults", "rigidbody")
 LANDING = METHODS
 FEATURES = {"gravity", "tether", "drag", "floor", "plane"}
 STEP_NS = 1000
+REUSES_WORLD = True
 OPTIONAL = ("collision shape",)
 PACKAGES = ("pybullet",)
 PINS = ("pybullet==3.2.7", "numpy==2.4.6")
@@ -160,8 +162,13 @@ def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World:
 
 
 def collision_shape(world: World, scene: "Scene") -> int:
-    """Return PyBullet's number for a sphere, a box or the hull of points; without a plane for a box about the body."""
+    """Return PyBullet's number for a sphere, a cylinder, a box or the hull of points; without a plane for a box."""
     body = scene.body
+    if scene.plane and body.disc is not None:
+        radius, half = cylinder(body.disc)
+        return pybullet.createCollisionShape(
+            pybullet.GEOM_CYLINDER, radius=radius, height=2 * half, physicsClientId=world.client
+        )
     if scene.plane and body.radius is not None:
         return pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=body.radius, physicsClientId=world.client)
     if scene.plane and body.size is None:
@@ -283,14 +290,14 @@ def hold(world: World, held: "Wrench") -> None:
 
 def read(world: World) -> NDArray[np.float64]:
     """Return the states of the throws, (N, 13)."""
-    states = np.empty((len(world.bodies), 13))
-    for state, body in zip(states, world.bodies, strict=True):
+    states = []
+    for body in world.bodies:
         x, (*xyz, w) = pybullet.getBasePositionAndOrientation(body, physicsClientId=world.client)
         v, spin = pybullet.getBaseVelocity(body, physicsClientId=world.client)
-        state[:] = *x, w, *xyz, *v, *spin
+        states.append((*x, w, *xyz, *v, *spin))
         world.fastest = max(world.fastest, math.hypot(*spin))
         world.peak = max(world.peak, *map(abs, v), *map(abs, spin))
-    return states
+    return np.array(states).reshape(-1, 13)
 
 
 Found = Iterator[tuple[str, str]]

@@ -19,6 +19,7 @@ import rapier3d
 from numpy.typing import NDArray
 
 from tumble.compare.engines.parts.audits import beyond, stood_still
+from tumble.compare.engines.parts.cylinder import cylinder
 from tumble.compare.engines.parts.held import held_wrench
 from tumble.compare.engines.parts.scale import scale_to_one
 from tumble.compare.engines.parts.substeps import held_over
@@ -126,9 +127,12 @@ def of_pair(collider: Any, plane: Any) -> Any:
 
 
 def shape_of(body: Any) -> Any:
-    """Return the body's shape, which has no mass of its own: a box, a sphere, or the convex hull of the points."""
+    """Return the body's shape, without a mass of its own: a sphere, a cylinder, a box, or the hull of the points."""
     if body.radius is not None:
         return rapier3d.Collider.ball(body.radius)
+    if body.disc is not None:
+        radius, half = cylinder(body.disc)
+        return rapier3d.Collider.cylinder(half, radius).rotation((np.pi / 2, 0.0, 0.0))  # its axis is y
     if body.size is not None:
         return rapier3d.Collider.cuboid(*(body.size / 2).tolist())
     return rapier3d.Collider.convex_hull(body.points.astype(np.float32))

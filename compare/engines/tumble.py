@@ -109,6 +109,7 @@ def contact_flight(scene, body, method, keep):
         scene.plane.friction,
         scene.body.points,
         scene.body.radius or 0.0,
+        scene.body.disc and (scene.body.disc.radius, scene.body.disc.thickness),
     )
     return ContactFlight(body, method, scene.gravity, plane)
 

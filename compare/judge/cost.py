@@ -1,8 +1,9 @@
-"""What runs cost: each with the time of its flight, all of a scene sampled in the same rounds."""
+"""What runs cost: each with the time of its flight, all sampled in the same rounds."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,19 +45,32 @@ class Timed:
         return float(np.median(self.run.throws_errors))
 
 
+class Times(NamedTuple):
+    """The runs of a scene that have a time, and why the others have none, by their names."""
+
+    timed: list[Timed]
+    why_untimed: dict[str, str]
+
+
 def time_runs(
-    running_engines: Sequence[RunningEngine], scene: Scene, runs: Sequence[Run], sampling: Sampling = USUAL
-) -> tuple[list[Timed], dict[str, str]]:
-    """Return the runs that flew, each with its time, and why those that have none cannot be timed, by their names."""
+    running_engines: Sequence[RunningEngine], scenes: Sequence[tuple[Scene, Sequence[Run]]], sampling: Sampling = USUAL
+) -> list[Times]:
+    """Return the times of the runs that flew, of each scene: all sampled in the same rounds, a scene's side by side."""
     by_title = {running_engine.title: running_engine for running_engine in running_engines}
-    flown = [run for run in runs if isinstance(run.answer, Trajectory)]
-    loads = {run.name: Load(by_title[run.engine], scene, run.method) for run in flown}
+    loads = {
+        f"{number} {run.name}": Load(by_title[run.engine], scene, run.method)
+        for number, (scene, runs) in enumerate(scenes)
+        for run in runs
+        if isinstance(run.answer, Trajectory)
+    }
     found = costs(loads, sampling)
-    known = {name: cost for name, cost in found.items() if isinstance(cost, Cost)}
-    return (
-        [timed(run, loads[run.name], known[run.name]) for run in flown if run.name in known],
-        {name: str(cost) for name, cost in found.items() if isinstance(cost, Failure)},
-    )
+    times = []
+    for number, (_, runs) in enumerate(scenes):
+        own = [(run, key) for run in runs if (key := f"{number} {run.name}") in loads]
+        known = [(run, loads[key], cost) for run, key in own if isinstance(cost := found[key], Cost)]
+        untimed = {run.name: str(cost) for run, key in own if isinstance(cost := found[key], Failure)}
+        times.append(Times([timed(*each) for each in known], untimed))
+    return times
 
 
 def timed(run: Run, load: Load, cost: Cost) -> Timed:

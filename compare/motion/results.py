@@ -84,7 +84,16 @@ def faces(body: Body) -> Sequence[Sequence[int]]:
     """Return each face's vertices, counter-clockwise from outside."""
     if body.size is not None:
         return BOX_FACES
+    if body.disc is not None:
+        return disc_faces(len(body.points))
     return body.faces.tolist() if len(body.faces) else hull(body.points)
+
+
+def disc_faces(count: int) -> list[list[int]]:
+    """Return the faces of a disc with so many points: below and above, and between its rims if there are two."""
+    below, above = list(range(1, 9)), list(range(count - 8, count))
+    sides = [[below[at - 1], below[at], above[at], above[at - 1]] for at in range(8)] if count > 9 else []
+    return [below[::-1], above, *sides]
 
 
 def hull(points: Array) -> list[list[int]]:

@@ -12,8 +12,9 @@ from tumble.compare.releases.schemas import ReleaseChangeRow
 from tumble.compare.run.engines import environments, installing, registry
 from tumble.compare.run.engines.registry import BadEngine
 from tumble.compare.run.execution import resumable
+from tumble.compare.run.pool import POOL
 from tumble.compare.run.progress import Display, no_display
-from tumble.compare.run.running_engines import POOL, TIME_LIMIT_S, flights
+from tumble.compare.run.running_engines import TIME_LIMIT_S, flights
 from tumble.compare.run.starting import started
 from tumble.compare.run.worker import MEMORY_LIMIT
 from tumble.compare.tables.engines import engine_row

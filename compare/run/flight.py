@@ -1,6 +1,7 @@
 """One run: one engine, one method, one step, from t = 0 to the end of the scene."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from tumble.compare.engines.parts.soft_law import SoftLaw
 from tumble.compare.run.engines.registry import Finding, built, findings
-from tumble.compare.run.timing.timer import prepare, process_ns, wall_of_steps
+from tumble.compare.run.timing.timer import Steps, prepare
 from tumble.scenarios.frames import Array, quaternion_product, vertices
 from tumble.scenarios.impulse import RayMissed, jump
 from tumble.scenarios.refusal import UserError
@@ -21,6 +22,10 @@ from tumble.scenarios.scene import Scene
 ALTERED, PROBE_STEPS = 1e-4, 100
 # One step more makes the mean of a run of 1e9, the most there may be, shorter by 1e-9; rounding moves it by 1e-15.
 SAME_STEP = 1e-12
+
+
+# Engine, scene, method and what to keep -> world.
+WorldOf = Callable[[ModuleType, Scene, str, frozenset[str]], Any]
 
 
 class BadStep(UserError):
@@ -151,14 +156,15 @@ def simulate(
     dt: float,
     keep: frozenset[str] = frozenset(),
     probe: bool = False,
+    world_of: WorldOf = built,
 ) -> Trajectory:
     """Run the scene in one engine.
 
     dt [s]; keep: what of its OPTIONAL the engine is to build all the same; probe: whether to run briefly from another
-    start as well, which finds an engine that looks its answers up.
+    start as well, which finds an engine that looks its answers up; world_of: gives a world, as `built`.
     Raises whatever the engine raises, and ValueError where read or audit answers what the contract has not.
     """
-    world = built(engine, scene, method, keep)
+    world = world_of(engine, scene, method, keep)
     audit = getattr(engine, "audit", lambda world: [])
     where = getattr(engine, "vertices", None)
     found: list[Finding] = []
@@ -176,15 +182,11 @@ def simulate(
 
     engine.write(world, with_impulses(scene, 0.0, scene.start.copy(), found))
     states = look(0.0, engine.read(world))
-    steps, wall_s, cpu_ns = 0, 0.0, 0
+    steps, taken = Steps(engine, world), 0
     for leg in legs(scene, dt):
         prepare(engine, world, leg.dt)
-        begun = process_ns()
-        took, read = wall_of_steps(engine, world, leg.n, leg.dt)
-        cpu_ns += process_ns() - begun
-        wall_s += took
-        steps += leg.n
-        states = look(leg.end, read)
+        states = look(leg.end, steps.make(leg.n, leg.dt))
+        taken += leg.n
         if not np.isfinite(states).all():
             break
         if any(impulse.time == leg.end for impulse in scene.impulses):
@@ -201,26 +203,33 @@ def simulate(
         times=scene.rows,
         states=seen,
         vertices=points,
-        steps=steps,
-        wall_s=wall_s,
+        steps=taken,
+        wall_s=steps.wall_s,
         findings=tuple(dict.fromkeys(found)),
         remark=engine.remark(world) if hasattr(engine, "remark") else "",
         soft_law=engine.soft_law(world) if scene.plane is not None and hasattr(engine, "soft_law") else None,
-        probe=run_probe(engine, scene, method, dt, keep) if probe else None,
-        cpu_s=cpu_ns / 1e9,
+        probe=run_probe(engine, scene, method, dt, keep, world_of) if probe else None,
+        cpu_s=steps.cpu_s,
     )
 
 
-def run_probe(engine: ModuleType, scene: Scene, method: str, dt: float, keep: frozenset[str] = frozenset()) -> Probe:
+def run_probe(
+    engine: ModuleType,
+    scene: Scene,
+    method: str,
+    dt: float,
+    keep: frozenset[str] = frozenset(),
+    world_of: WorldOf = built,
+) -> Probe:
     """Return what the engine makes of the scene's start and of an altered one, on the first steps of dt [s].
 
-    Each has a world of its own: who only counts the time is to begin at 0.
+    Each is given a world as a run is: who only counts the time is to begin at 0.
     """
     leg, size = legs(scene, dt)[0], scene.body.reach
     n, own = min(leg.n, PROBE_STEPS), with_impulses(scene, 0.0, scene.start.copy(), [])
     starts, ends = (own, altered(own, size)), []
     for states in starts:
-        world = built(engine, scene, method, keep)
+        world = world_of(engine, scene, method, keep)
         prepare(engine, world, leg.dt)
         engine.write(world, states.copy())
         engine.advance(world, n, leg.dt)

@@ -64,9 +64,14 @@ def conditions(command: str) -> Iterator[ConditionRow]:
     yield ConditionRow("processor", found.processor)
     yield ConditionRow("cores", found.cores)
     yield ConditionRow("system", found.system)
-    yield from (ConditionRow("other work", words) for words in machine_load.seen)
-    yield from (ConditionRow(f"times of {scene}", words) for scene, words in machine_load.measured.items())
+    yield from timed_under()
     yield from found.versions
+
+
+def timed_under() -> Iterator[ConditionRow]:
+    """Yield what else the machine did while times were taken, and where they were taken if that was on a worker."""
+    yield from (ConditionRow("other work", words) for words in machine_load.seen)
+    yield from (ConditionRow(f"times of {scene}", "; ".join(each)) for scene, each in machine_load.measured.items())
 
 
 def versions() -> tuple[ConditionRow, ...]:

@@ -2,7 +2,7 @@
 
 import socket
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from types import ModuleType
 from typing import BinaryIO
 
@@ -10,7 +10,15 @@ import numpy as np
 
 from tumble.compare.run.engines.contract_checks import check_failure
 from tumble.compare.run.engines.program import ProgramFailed
-from tumble.compare.run.engines.registry import BadEngine, EngineInfo, Missing, engine_info, in_one_line, load
+from tumble.compare.run.engines.registry import (
+    BadEngine,
+    EngineInfo,
+    Missing,
+    built,
+    engine_info,
+    in_one_line,
+    load,
+)
 from tumble.compare.run.flight import Trajectory, simulate, with_impulses
 from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, unpacked
 from tumble.compare.run.sensing import SensorReadings, sensed
@@ -34,12 +42,31 @@ class Ended:
     failure: Failure
 
 
+# Parts of a scene that a world of an engine with REUSES_WORLD depends on, and so many of its worlds are kept.
+IN_WORLD = [
+    field.name for field in fields(Scene) if field.name not in {"name", "title", "source", "duration", "times", "step"}
+]
+WORLDS = 4
+
+
 class Loaded:
-    """An engine, and the timers that were made ready for it."""
+    """An engine, the timers that were made ready for it, and worlds of its last runs."""
 
     def __init__(self, module: ModuleType) -> None:
         self.module = module
         self.timers: dict[str, Timer] = {}
+        self._worlds: dict[bytes, object] = {}
+
+    def world(self, engine: ModuleType, scene: Scene, method: str, keep: frozenset[str]) -> object:
+        """Return a world of the scene: a new one, or, of an engine that says so, that of a run like it."""
+        if not getattr(engine, "REUSES_WORLD", False):
+            return built(engine, scene, method, keep)
+        key = b"".join(frame([method, keep, *(getattr(scene, name) for name in IN_WORLD)]))
+        world = self._worlds.pop(key, None)
+        self._worlds[key] = built(engine, scene, method, keep) if world is None else world
+        if len(self._worlds) > WORLDS:
+            del self._worlds[next(iter(self._worlds))]
+        return self._worlds[key]
 
 
 @dataclass(frozen=True)
@@ -54,7 +81,7 @@ class Simulate:
 
     def answer(self, engine: Loaded) -> Trajectory:
         """Return the flight."""
-        return simulate(engine.module, self.scene, self.method, self.dt, self.keep, self.probe)
+        return simulate(engine.module, self.scene, self.method, self.dt, self.keep, self.probe, engine.world)
 
 
 @dataclass(frozen=True)

@@ -1,56 +1,30 @@
-"""Who takes part: ENGINE[@RELEASE][:METHOD], as everywhere in Tumble."""
+"""Engines that take part in a study, each in a process of its own, which is replaced when it crashes or hangs."""
 
-import os
 import threading
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
-from contextvars import ContextVar
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from itertools import combinations, count
-from pathlib import Path
+from itertools import combinations
 
-from tumble.compare.run.contestant import Contestant, MethodName
+from tumble.compare.run.asked import chosen, engine_files, titles, wanted
+from tumble.compare.run.contestant import MethodName
 from tumble.compare.run.digest import NoValue
 from tumble.compare.run.engines import registry
-from tumble.compare.run.engines.environments import split_release
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.local import Asked, LocalEngine, LocalWorker
+from tumble.compare.run.pool import POOL
 from tumble.compare.run.precision import DOUBLE, rounding
 from tumble.compare.run.sensing import SensorReadings
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import Pace, Ready, Sample
 from tumble.compare.run.worker import MEMORY_LIMIT, Worker
-from tumble.scenarios.format import nearest
 from tumble.scenarios.needs import FORCES, needs
 from tumble.scenarios.scene import Scene
 
 TIME_LIMIT_S = 60.0
 # What a contestant is to its engine: what it does where nobody sets anything, or a method that the user named.
 DEFAULT, AS_ASKED = "default", "as asked"
-
-
-class Pool:
-    """Where the processes of engines come from: a new one for every study."""
-
-    def worker(self, engine: str, time_limit: float, memory_limit: int) -> Worker:
-        """Return a process that begins to load the engine."""
-        return Worker(engine, time_limit, memory_limit)
-
-    def release(self, worker: Worker | LocalWorker) -> None:
-        """End a process that a study has done with."""
-        worker.close()
-
-    def started(self, engine: str, info: EngineInfo | Failure, source: str) -> None:
-        """Hear what an engine states, and the digest of a user's file."""
-
-    def releases(self, engine: str) -> list[str]:
-        """Return the releases of an engine that are known beside those installed; nothing: there are only those."""
-        return []
-
-
-# The pool of whoever runs a study: a session of `import tumble` puts its own here, for its block alone.
-POOL: ContextVar[Pool] = ContextVar("pool of engine processes", default=Pool())  # noqa: B039
 
 
 class Halted(Exception):
@@ -214,121 +188,6 @@ def flights(running_engines: Iterable[RunningEngine], scenes: Iterable[Scene]) -
     return sum(len(running_engine.methods_for(scene)) for scene in scenes for running_engine in running_engines)
 
 
-def known_contestant(item: str) -> Contestant:
-    """Return the contestant that a text names, and check that its engine exists.
-
-    Parameters
-    ----------
-    item : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD]
-
-    Returns
-    -------
-    the contestant; its method is not checked
-
-    Raises
-    ------
-    BadEngine : the engine is unknown or has no releases, its release is malformed, or the file does not exist
-    """
-    asked = Contestant.parse(item)
-    if registry.is_file(asked.engine):
-        if not Path(asked.engine).is_file():
-            raise BadEngine(f"{asked.engine}: no such engine file")
-    elif asked.engine not in registry.names():
-        raise BadEngine(f"unknown engine {asked.engine!r}: {nearest(asked.engine, registry.names())}")
-    else:
-        split_release(asked.engine_release)
-    return asked
-
-
-def wanted(asked: Iterable[str]) -> dict[str, list[str]]:
-    """Return the engines that were asked for, with their methods.
-
-    Parameters
-    ----------
-    asked : ENGINE[@RELEASE][:METHOD] or FILE[:METHOD] of each; empty: the usual engines of Tumble
-
-    Returns
-    -------
-    the methods asked for, by engine, in the order given; an empty name stands for the usual methods
-
-    Raises
-    ------
-    BadEngine : an engine is unknown or has no releases, its release is malformed, or a file does not exist
-    """
-    engines: dict[str, dict[str, None]] = {}
-    for one in map(known_contestant, asked):
-        engines.setdefault(one.engine_release, {})[str(one.method)] = None
-    return {engine: [*methods] for engine, methods in engines.items()} or {engine: [""] for engine in registry.usual()}
-
-
-def engine_files(asked: Iterable[str]) -> Iterator[str]:
-    """Yield the user's engine files among FILE.py[:METHOD], FILE.toml[:METHOD], ENGINE[:METHOD] ..."""
-    for item in asked:
-        with suppress(BadEngine):
-            if registry.is_file(engine := Contestant.parse(item).engine):
-                yield engine
-
-
-def titles(engines: Iterable[str]) -> dict[str, str]:
-    """Return the names of engines in tables.
-
-    Parameters
-    ----------
-    engines : ENGINE[@RELEASE], or path of a user's file, of each
-
-    Returns
-    -------
-    the title of each engine, by engine; files of one name have as much of their paths as makes the titles distinct
-    """
-    named = {engine: registry.title(engine) for engine in engines}
-    for title in set(named.values()):
-        folders = {file: Path(os.path.abspath(file)).parts[:-1] for file in named if named[file] == title}
-        apart = set(folders.values())
-        if len(apart) > 1:
-            depth = next(n for n in count(1) if len({parts[-n:] for parts in apart}) == len(apart))
-            named |= {file: "/".join((*parts[-depth:], title)) for file, parts in folders.items()}
-    return named
-
-
-def chosen(engine: str, asked: list[str], info: EngineInfo | Failure, few: bool = False) -> tuple[str, ...]:
-    """Return the methods of an engine that take part.
-
-    Parameters
-    ----------
-    engine : ENGINE[@RELEASE], or path of a user's file
-    asked : methods that were asked for; an empty name: the usual ones
-    info : what the engine's file states, or why the engine is not available
-    few : whether the usual methods are only those that a page shows
-
-    Returns
-    -------
-    the methods, each once; of an engine that is not available, those in `asked`
-
-    Raises
-    ------
-    BadEngine : the engine has no method of that name
-    """
-    if isinstance(info, Failure):
-        return tuple(asked)
-    usual = (*info.shown, *info.contact) if few else (*info.methods, *info.forced, *info.contact)
-    found: dict[str, None] = {}
-    for method in asked:
-        known = info.every_method
-        if method and method not in known and not is_tolerance(method, info):
-            raise BadEngine(f"unknown method of {registry.title(engine)} {method!r}: {nearest(method, known)}")
-        found |= dict.fromkeys([method] if method else usual)
-    return tuple(found)
-
-
-def is_tolerance(method: str, info: EngineInfo) -> bool:
-    """Whether this is METHOD@TOLERANCE of an adaptive method."""
-    asked = MethodName.parse(method)
-    try:
-        return str(asked.without_tolerance) in info.adaptive and 0 < float(asked.tolerance) < 1
-    except ValueError:
-        return False
-
-
 def truth_limit(running_engines: Sequence[RunningEngine]) -> float:
     """Return the wall time that each part of a truth may take [s]: as long as an answer of an engine."""
     return max((running_engine.worker.time_limit for running_engine in running_engines), default=TIME_LIMIT_S)
@@ -365,13 +224,7 @@ def launched(
     words = [one for one in asked if not isinstance(one, LocalEngine)]
     engines = wanted(words) if words or not local else {}
     named = titles((*engines, *engine_files(beside)))
-    for one, other in combinations(engines, 2):
-        if named[one] == named[other]:
-            raise BadEngine(f"{one} and {other} are one file: name it once")
-    for name, engine in local.items():
-        others = {one for one in asked if isinstance(one, LocalEngine) and one.name == name} - {engine}
-        if others or name in named.values() or name in registry.names():
-            raise BadEngine(f"{name}: two engines have this name; give the function another one")
+    refuse_same_names(engines, named, [one for one in asked if isinstance(one, LocalEngine)])
     # All are started before any is waited for: importing the engines takes longest.
     pool = POOL.get()
     workers = [pool.worker(engine, time_limit, memory_limit) for engine in engines]
@@ -395,3 +248,21 @@ def launched(
     finally:
         for worker in {*workers, *(running_engine.worker for running_engine in running_engines)}:
             pool.release(worker)
+
+
+def refuse_same_names(engines: Iterable[str], named: Mapping[str, str], local: Sequence[LocalEngine]) -> None:
+    """Raise BadEngine where tables could not tell two engines apart.
+
+    Parameters
+    ----------
+    engines : ENGINE[@RELEASE], or path of a user's file, of each
+    named : their titles, and those of others
+    local : engines of this program
+    """
+    for one, other in combinations(engines, 2):
+        if named[one] == named[other]:
+            raise BadEngine(f"{one} and {other} are one file: name it once")
+    for engine in local:
+        is_twice = any(other.name == engine.name for other in local if other is not engine)
+        if is_twice or engine.name in named.values() or engine.name in registry.names():
+            raise BadEngine(f"{engine.name}: two engines have this name; give the function another one")

@@ -6,8 +6,8 @@ and does its tasks one after the other; engines work side by side, as many as th
 or hung is replaced for the next run (`RunningEngine.simulate`), each answer has its time limit, and when the command is
 interrupted, or a task fails, all processes are killed at once.
 
-`run` finds finished tasks, and runs the share of the others that its `Execution` has; `work` is the embedded runner.
-Another executor, of many machines, goes in here and nowhere else.
+`run` finds finished tasks, and runs the share of the others that its `Execution` has; `work` is the embedded runner,
+in whose place an `Execution` may have another one, of many machines (`cluster/`).
 """
 
 import logging
@@ -57,6 +57,12 @@ class Task(Generic[Result]):
             return digest([self.running_engine.identity, self.ask])
         except NoValue:
             return None
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether one of the values that it is given is not known yet."""
+        given = self.ask.keywords.values() if isinstance(self.ask, partial) else ()
+        return any(isinstance(value, Future) and not value.done() for value in given)
 
     @property
     def kind(self) -> Any:

@@ -12,7 +12,8 @@ import numpy as np
 
 from tumble.compare.run.digest import digest
 from tumble.compare.run.engines.environments import HERE, Place, located
-from tumble.compare.run.engines.registry import BadEngine, EngineInfo, files, is_file
+from tumble.compare.run.engines.registry import BadEngine, EngineInfo, is_file
+from tumble.compare.run.engines.sources import sources
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.process.message import Malformed
 from tumble.compare.run.process.process import Died, Process, signal_name
@@ -145,8 +146,8 @@ class Worker:
 
     @cached_property
     def source(self) -> str:
-        """The digest of a user's engine file; empty of Tumble's engines, which have versions."""
-        return digest([path.read_bytes() for path in files(self.engine)]) if is_file(self.engine) else ""
+        """The digest of a user's engine files; empty of Tumble's engines, which have versions."""
+        return digest([path.read_bytes() for path in sources(self.engine)]) if is_file(self.engine) else ""
 
     @property
     def alive(self) -> bool:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from tumble.compare.run.execution import resumable
+from tumble.compare.run.execution import Incomplete, resumable
 from tumble.compare.run.local import Asked
 from tumble.compare.run.progress import Display, no_display
 from tumble.compare.run.starting import started
@@ -47,7 +47,8 @@ def map_scenes(
     memory_limit : for each engine's process [B]
     command : the command line that repeats the study, for conditions.csv
     display : shows progress
-    ended : called with the tables when the study ends, also when it fails or is interrupted
+    ended : called with the tables when the study ends, also with those of its part where it fails or is interrupted,
+        but not of a shard, which has no tables
 
     Returns
     -------
@@ -71,9 +72,13 @@ def map_scenes(
             try:
                 with display(len(order)) as on_progress:
                     stability(running_engines, mapped, cases, on_progress, pieces.__setitem__)
-            finally:
-                tables = tables_of([pieces[key] for key in order if key in pieces])
-                ended(tables)
+            except Incomplete:
+                raise
+            except BaseException:
+                ended(tables_of([pieces[key] for key in order if key in pieces]))
+                raise
+            tables = tables_of([pieces[key] for key in order])
+            ended(tables)
             found = [
                 *limit_findings(rows(LIMITS, tables[LIMITS.file])),
                 *extreme_findings(rows(EXTREMES, tables[EXTREMES.file])),

@@ -25,7 +25,15 @@ from tumble.scenarios.scene import Scene
 
 LADDER = Extent(ladder=tuple(2.0**level for level in range(3, -5, -1)))
 # The main observable of a scene: the first of these that it has.
-MAIN = ("distance until", "velocity after impact", "creep speed", "mean acceleration", "height at rest", "deepest")
+MAIN = (
+    "distance until",
+    "velocity after impact",
+    "mean precession",
+    "creep speed",
+    "mean acceleration",
+    "height at rest",
+    "deepest",
+)
 
 
 class BadObservable(UserError):

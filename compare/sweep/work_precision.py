@@ -46,7 +46,7 @@ class Effort:
 
 FULL = Effort()
 # For the page: a third of the tolerances, sequences a twenty-fifth as long.
-BRIEF = Effort(0.05, TOLERANCES[::3], Sampling(span_s=0.0, rounds=12, budget_s=2.0))
+BRIEF = Effort(0.05, TOLERANCES[::3], Sampling(span_s=0.0, rounds=8, budget_s=2.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +189,7 @@ def against_the_clock(
     -------
     all runs, timed if possible
     """
-    timed, why_untimed = time_runs(running_engines, scene, runs, effort.sampling)
+    ((timed, why_untimed),) = time_runs(running_engines, [(scene, runs)], effort.sampling)
     on_progress("timed")
     clocked = {id(each.run) for each in timed}
     return Sweep(

@@ -144,6 +144,8 @@ def lever(impulse: ExactImpulse, x: Numbers, axes: Numbers, throw: Throw) -> Num
     origin, direction = (impulse.ray - (x, np.zeros(3, dtype=int))) @ axes
     if throw.radius is not None:
         return axes @ _on_sphere(origin, direction, throw.radius, impulse.time)
+    if throw.disc is not None:
+        return axes @ _on_disc(origin, direction, throw.disc, impulse.time)
     points = throw.points.astype(float)
     hit = first_hit(origin.astype(float), direction.astype(float), points, throw.faces)
     if hit is None or hit.from_inside:
@@ -164,6 +166,29 @@ def _on_sphere(origin: Numbers, direction: Numbers, radius: Fraction, time: Any)
     if origin @ origin < radius * radius:
         raise _missed(False, time)
     return origin - direction * ((along + root_of(rest)) / square)
+
+
+def _on_disc(origin: Numbers, direction: Numbers, disc: tuple[Fraction, Fraction], time: Any) -> Numbers:
+    """Return where a ray meets a disc about the z axis from outside, (3,): where it is in both cylinder and slab."""
+    radius, half = disc[0], disc[1] / 2
+    square, along = direction[:2] @ direction[:2], origin[:2] @ direction[:2]
+    rest = radius * radius - origin[:2] @ origin[:2]
+    # Where it enters and leaves what bounds it, in units of the direction.
+    inside = []
+    if square:
+        root = along * along + square * rest
+        if root < 0:
+            raise _missed(True, time)
+        inside.append(((-along - root_of(root)) / square, (-along + root_of(root)) / square))
+    if direction[2]:
+        inside.append(sorted((z - origin[2]) / direction[2] for z in (-half, half)))
+    outside = (not square and rest < 0) or (not direction[2] and abs(origin[2]) > half)
+    begins, ends = max(first for first, _ in inside), min(last for _, last in inside)
+    if outside or begins > ends or ends < 0:
+        raise _missed(True, time)
+    if begins < 0:
+        raise _missed(False, time)
+    return origin + direction * begins
 
 
 def _missed(is_beside: bool, time: Any) -> RayMissed:

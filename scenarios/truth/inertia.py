@@ -44,6 +44,13 @@ def sphere(mass: Fraction, radius: Fraction) -> Solid:
     return Solid(mass, _zeros(3), mass * radius * radius * Fraction(2, 5) * identity())
 
 
+def disc(mass: Fraction, radius: Fraction, thickness: Fraction) -> Solid:
+    """Return a uniform disc about its middle, its axis along z; mass [kg], radius and thickness [m]."""
+    across = mass * (3 * radius * radius + thickness * thickness) / 12
+    moments = np.array([across, across, mass * radius * radius / 2], dtype=object)
+    return Solid(mass, _zeros(3), identity() * moments)
+
+
 def mesh(mass: Fraction, points: Numbers, faces: np.ndarray) -> Solid:
     """Return the uniform solid inside a closed surface; points: [m], (n, 3), faces: (m, 3), all turning the same way.
 

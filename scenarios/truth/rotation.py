@@ -24,7 +24,8 @@ class Rotation(Protocol):
 
 def exact(number: Any) -> Fraction:
     """Return a fraction or an extended-precision number as the fraction it is."""
-    return Fraction(*number.as_integer_ratio())
+    # gmpy2 2.3.2 never frees what its own fractions return as their integer ratio.
+    return number if isinstance(number, Fraction) else Fraction(*number.as_integer_ratio())
 
 
 def free_rotation(mp: Any, moments: Numbers, axes: Numbers, L_body: Numbers) -> Rotation:

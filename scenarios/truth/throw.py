@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tumble.scenarios.scene import Impulse, Scene, Sensor, Tether, Written, WrittenImpulse
-from tumble.scenarios.truth.inertia import Numbers, Solid, box, identity, mesh, sphere, square_root
+from tumble.scenarios.truth.inertia import Numbers, Solid, box, disc, identity, mesh, sphere, square_root
 from tumble.scenarios.truth.rational import Fraction
 
 Read = Callable[[float], Fraction]
@@ -58,8 +58,8 @@ class Throw(NamedTuple):
     """One row of a scene in the scene's units: all that its flight depends on.
 
     x, v, w_world, gravity: (3,); axes: the file's to world, (3, 3); solid: tensor, file axes; points: from the centre
-    of mass, file axes, (n, 3); faces: (m, 3); radius: of a sphere [m], else None; state_axes: from the file's axes to
-    those that a state speaks of, (3, 3); drag: linear, angular, (2,), or None.
+    of mass, file axes, (n, 3); faces: (m, 3); radius: of a sphere [m], else None; disc: its radius and thickness,
+    or None [m]; state_axes: from the file's axes to those of a state, (3, 3); drag: linear, angular, (2,), or None.
     """
 
     x: Numbers
@@ -70,6 +70,7 @@ class Throw(NamedTuple):
     points: Numbers
     faces: np.ndarray
     radius: Fraction | None
+    disc: tuple[Fraction, Fraction] | None
     state_axes: Numbers
     gravity: Numbers
     times: tuple[Fraction, ...]
@@ -96,6 +97,7 @@ def read_throw(scene: Scene, row: int, read: Read = Fraction) -> Throw:
         points=points,
         faces=scene.body.faces,
         radius=None if scene.body.radius is None else max(abs(number) for number in points.flat),
+        disc=None if scene.body.disc is None else (max(points[:, 0]), 2 * max(points[:, 2])),
         state_axes=state_axes,
         gravity=exact_numbers(np.zeros(3) if scene.gravity is None else scene.gravity, read),
         times=tuple(clock * Fraction(float(time)) for time in scene.rows),
@@ -177,6 +179,10 @@ def _read_body(scene: Scene, read: Read) -> tuple[Solid, Numbers, Numbers]:
         radius = read(float(body.radius))
         ends = np.array([[int(np.sign(number)) for number in point] for point in body.points], dtype=object)
         return sphere(mass, radius), ends * radius, state_axes
+    if body.disc is not None:
+        radius, thickness = read(float(body.disc.radius)), read(float(body.disc.thickness))
+        rims = _rims(radius, thickness, len(body.points) // 8)
+        return disc(mass, radius, thickness), rims, state_axes
     if written.points is None:
         assert body.size is not None
         size = exact_numbers(body.size, read)
@@ -188,6 +194,15 @@ def _read_body(scene: Scene, read: Read) -> tuple[Solid, Numbers, Numbers]:
         return solid, points - solid.centre, state_axes
     tensor = exact_numbers(written.inertia, read)
     return Solid(mass, 0 * tensor[0], (tensor + tensor.T) / 2), points, state_axes
+
+
+def _rims(radius: Fraction, thickness: Fraction, count: int) -> Numbers:
+    """Return the points of a disc, (n, 3): its middle, and every eighth of a turn on each of its rims."""
+    zero, half = Fraction(0), square_root(Fraction(1, 2))
+    quarter = ((Fraction(1), zero), (half, half), (zero, Fraction(1)), (-half, half))
+    circle = np.array([*quarter, *((-x, -y) for x, y in quarter)], dtype=object) * radius
+    heights = (zero,) if count == 1 else (-thickness / 2, thickness / 2)
+    return np.array([(zero, zero, zero), *((x, y, z) for z in heights for x, y in circle)], dtype=object)
 
 
 def _written(scene: Scene) -> Written | None:

@@ -7,48 +7,59 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.solver.collocation.scheme import Scheme
-from tumble.solver.compilation import inner
+from tumble.solver.compilation import borrowing
 from tumble.solver.forces import Forces
 from tumble.solver.motion import free_slope, load, slope, store
 from tumble.solver.quaternion import Quaternion, conjugate, norm_squared, product, product_vector, stretch
 from tumble.solver.vectors import Vector, dot, times
 
 Array = NDArray[np.float64]
-Columns = NDArray[np.int64]
+ComplexArray = NDArray[np.complex128]
 
 # So small that its square is lost in rounding, and with it the error of the derivative.
 # Source: Squire & Trapp, "Using complex variables to estimate derivatives of real functions" (1998).
 IMAGINARY = 1e-100
 
 
-@inner
+@borrowing
 def weighted(weights: Array, slopes: Array, a: int) -> float:
     """Return the weighted sum of column a of three rows."""
     return weights[0] * slopes[0, a] + weights[1] * slopes[1, a] + weights[2] * slopes[2, a]
 
 
-@inner
+@borrowing
+def moves(a: int, inverse_moments: Vector | None) -> bool:
+    """Return whether the number a of a state is stepped: of a body that never turns, only those of x and v."""
+    return inverse_moments is not None or a < 3 or 7 <= a < 10
+
+
+@borrowing
 def put_jacobian(
     state: Array,
-    columns: Columns,
     inverse_moments: Vector | None,
     gyroscopic: Vector | None,
     forces: Forces,
+    near: ComplexArray,
+    change: ComplexArray,
     jacobian: Array,
 ) -> None:
-    """Put the derivative of the slope by the state into jacobian, (m, m)."""
-    near, change = np.empty(13, np.complex128), np.empty(13, np.complex128)
+    """Put the derivative of dv/dt and dL/dt by the state into jacobian, (3 or 6, 13).
+
+    The derivatives of dx/dt and dq/dt are known: `tumble.solver.collocation.corrections`.
+    """
     for a in range(13):
         near[a] = state[a]
-    for c in range(len(columns)):
-        near[columns[c]] = complex(state[columns[c]], IMAGINARY)
+    for c in range(13):
+        if not moves(c, inverse_moments):
+            continue
+        near[c] = complex(state[c], IMAGINARY)
         store(change, slope(load(near, inverse_moments), inverse_moments, gyroscopic, forces))
-        near[columns[c]] = state[columns[c]]
-        for r in range(len(columns)):
-            jacobian[r, c] = change[columns[r]].imag / IMAGINARY
+        near[c] = state[c]
+        for r in range(len(jacobian)):
+            jacobian[r, c] = change[7 + r].imag / IMAGINARY
 
 
-@inner
+@borrowing
 def put_wanted(
     state: Array,
     slopes: Array,
@@ -58,6 +69,8 @@ def put_wanted(
     inverse_moments: Vector | None,
     gyroscopic: Vector | None,
     forces: Forces,
+    here: Array,
+    pushes: Array,
     wanted: Array,
 ) -> float:
     """Put the slopes that the equations of motion ask for at the stages into wanted, (3, 13).
@@ -69,7 +82,9 @@ def put_wanted(
     """
     for i in range(3):
         store(wanted[i], free_slope(load(stages[i], inverse_moments), inverse_moments, gyroscopic))
-    here, pushes = np.empty(13), np.zeros((3, 4))
+    for i in range(3):
+        for a in range(4):
+            pushes[i, a] = 0.0
     roughness = 0.0
     for k in range(len(method.means[0])):
         for a in range(7):
@@ -88,7 +103,7 @@ def put_wanted(
     return roughness
 
 
-@inner
+@borrowing
 def _spin_power(torque: Vector | None, l_body: Vector | None, inverse_moments: Vector | None) -> float:
     """Return tau . w [W]."""
     if inverse_moments is None:
@@ -96,7 +111,7 @@ def _spin_power(torque: Vector | None, l_body: Vector | None, inverse_moments: V
     return dot(torque, times(inverse_moments, l_body))
 
 
-@inner
+@borrowing
 def energy(stages: Array, mass: float, inverse_moments: Vector | None) -> float:
     """Return the mean energy of motion at the stages [J]."""
     mean = 0.0
@@ -106,7 +121,7 @@ def energy(stages: Array, mass: float, inverse_moments: Vector | None) -> float:
     return mean
 
 
-@inner
+@borrowing
 def _add_pushes(pushes: Array, means: Array, k: int, q: Quaternion | None, torque: Vector | None) -> None:
     """Add a torque at the instant k to what pushes at q, (3, 4): q tau~ / |q|^2."""
     if q is None:
@@ -117,7 +132,7 @@ def _add_pushes(pushes: Array, means: Array, k: int, q: Quaternion | None, torqu
             pushes[i, a] += means[i, k] * push[a]
 
 
-@inner
+@borrowing
 def _add_torques(wanted: Array, stages: Array, pushes: Array, inverse_moments: Vector | None) -> None:
     """Add the torque that pushes at the q of a stage to the stage's dL/dt."""
     if inverse_moments is None:

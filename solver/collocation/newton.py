@@ -11,16 +11,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tumble.solver.collocation.corrections import Reduced, put_reduced, resolve
 from tumble.solver.collocation.equations import energy, put_jacobian, put_wanted, weighted
 from tumble.solver.collocation.scheme import Scheme
-from tumble.solver.compilation import inner
+from tumble.solver.compilation import borrowing, scalar
 from tumble.solver.forces import Forces
-from tumble.solver.linear import factorise, substitute
 from tumble.solver.vectors import Vector, dot, times
 
 Array = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-Columns = NDArray[np.int64]
 
 # A Jacobian serves badly where a correction is more than POOR of the one before.  Measured on the stiff scenes of the
 # catalogue, at their own steps and at 30 times those: with 0.1 to 0.9 a step costs the same within a third.  50
@@ -40,24 +38,53 @@ UNCLEAR = 1e-3
 FURTHEST_TURN = 1.0
 
 
-class Factors(NamedTuple):
-    """The equations of a correction in their LU factors: one real and one complex, of the size of a state.
+class Room(NamedTuple):
+    """Where Newton's method works: states, slopes and corrections at the stages, (3, 13), and what resolves them."""
 
-    The stages' equations, (3 m, 3 m), fall into these by the eigenvectors of the method's coefficients.
-    """
+    stages: Array
+    wanted: Array
+    corrections: Array
+    middle: Array
+    instant: Array
+    pushes: Array
+    near: NDArray[np.complex128]
+    change: NDArray[np.complex128]
+    jacobian: Array
+    real: Reduced
+    pair: Reduced
 
-    real: Array
-    real_order: Columns
-    pair: ComplexArray
-    pair_order: Columns
+
+@scalar
+def room(inverse_moments: Vector | None) -> Room:
+    """Return room for steps of a body."""
+    m = 3 if inverse_moments is None else 6
+    return Room(
+        np.zeros((3, 13)),
+        np.zeros((3, 13)),
+        np.zeros((3, 13)),
+        np.zeros(13),
+        np.zeros(13),
+        np.zeros((3, 4)),
+        np.zeros(13, np.complex128),
+        np.zeros(13, np.complex128),
+        np.zeros((m, 13)),
+        Reduced(np.empty((m, m)), np.empty(m, np.int64), np.empty(4), np.zeros(13), np.empty(m)),
+        Reduced(
+            np.empty((m, m), np.complex128),
+            np.empty(m, np.int64),
+            np.empty(4, np.complex128),
+            np.zeros(13, np.complex128),
+            np.empty(m, np.complex128),
+        ),
+    )
 
 
-@inner
+@borrowing
 def found(
     state: Array,
     slopes: Array,
+    here: Room,
     dt: float,
-    columns: Columns,
     method: Scheme,
     reach: float,
     inverse_moments: Vector | None,
@@ -66,22 +93,26 @@ def found(
 ) -> bool:
     """Put the slopes at the stages of one step into slopes, (3, 13), and return whether they could be found.
 
-    columns: what of a state is stepped; reach [m]: the body's size, as its radius of gyration has it.
+    reach [m]: the body's size, as its radius of gyration has it.
     """
-    m = len(columns)
-    stages, wanted, corrections = np.empty((3, 13)), np.empty((3, 13)), np.zeros((3, 13))
-    factors = Factors(np.empty((m, m)), np.empty(m, np.int64), np.empty((m, m), np.complex128), np.empty(m, np.int64))
-    _predict(slopes, columns)
+    stages, middle, instant, pushes = here.stages, here.middle, here.instant, here.pushes
+    _predict(slopes)
     previous, stale = math.inf, True
     for _ in range(MOST_CORRECTIONS):
         _put_stages(stages, state, slopes, dt, method)
         if not _turn(stages, dt, inverse_moments) <= FURTHEST_TURN:
             return False
         if stale:
-            _put_factors(factors, stages[1], dt, columns, method, inverse_moments, gyroscopic, forces)
-        roughness = put_wanted(state, slopes, stages, dt, method, inverse_moments, gyroscopic, forces, wanted)
-        _correct(slopes, corrections, wanted, dt, columns, method, factors)
-        change, shift = _sizes(corrections, stages, reach)
+            for a in range(13):
+                middle[a] = stages[1, a]
+            put_jacobian(middle, inverse_moments, gyroscopic, forces, here.near, here.change, here.jacobian)
+            put_reduced(here.real, dt * method.real_rate, here.jacobian, middle, inverse_moments)
+            put_reduced(here.pair, dt * method.pair_rate, here.jacobian, middle, inverse_moments)
+        roughness = put_wanted(
+            state, slopes, stages, dt, method, inverse_moments, gyroscopic, forces, instant, pushes, here.wanted
+        )
+        _correct(slopes, here, dt, method, inverse_moments)
+        change, shift = _sizes(here.corrections, stages, reach)
         shrinking = change / previous if previous < math.inf else POOR
         if change * shrinking <= LEAST_CHANGE or (shrinking > HALVING and shift < ROUNDING):
             return _is_clear(dt * roughness, stages, dt, reach, forces.mass, inverse_moments)
@@ -91,19 +122,19 @@ def found(
     return False
 
 
-@inner
-def _predict(slopes: Array, columns: Columns) -> None:
+@borrowing
+def _predict(slopes: Array) -> None:
     """Begin from a state that stands still.
 
     The slopes of the step before would serve better, but then a step would depend on more than the state it begins
     from, and two advances would not be one long one to the last bit.
     """
     for i in range(3):
-        for a in columns:
+        for a in range(13):
             slopes[i, a] = 0.0
 
 
-@inner
+@borrowing
 def _put_stages(stages: Array, state: Array, slopes: Array, dt: float, method: Scheme) -> None:
     """Put the states at the stages, (3, 13), from the slopes there: y_i = y + dt sum_j a_ij y'_j."""
     for i in range(3):
@@ -111,63 +142,36 @@ def _put_stages(stages: Array, state: Array, slopes: Array, dt: float, method: S
             stages[i, a] = state[a] + dt * weighted(method.coefficients[i], slopes, a)
 
 
-@inner
-def _put_factors(
-    factors: Factors,
-    middle: Array,
-    dt: float,
-    columns: Columns,
-    method: Scheme,
-    inverse_moments: Vector | None,
-    gyroscopic: Vector | None,
-    forces: Forces,
-) -> None:
-    """Factorise 1 - dt rate J, J the Jacobian at the middle stage, for the real rate and for one of the pair."""
-    real, pair = factors.real, factors.pair
-    put_jacobian(middle, columns, inverse_moments, gyroscopic, forces, real)
-    for r in range(len(columns)):
-        for c in range(len(columns)):
-            pair[r, c] = -dt * method.pair_rate * real[r, c]
-            real[r, c] = -dt * method.real_rate * real[r, c]
-        pair[r, r] += 1.0
-        real[r, r] += 1.0
-    factorise(real, factors.real_order)
-    factorise(pair, factors.pair_order)
-
-
-@inner
-def _correct(
-    slopes: Array, corrections: Array, wanted: Array, dt: float, columns: Columns, method: Scheme, factors: Factors
-) -> None:
-    """Correct the slopes by what Newton's method makes of what they miss; corrections, (3, 13): dt times that.
+@borrowing
+def _correct(slopes: Array, here: Room, dt: float, method: Scheme, inverse_moments: Vector | None) -> None:
+    """Correct the slopes by what Newton's method makes of what they miss; here.corrections: dt times that.
 
     Source: Hairer & Wanner (1996), eq. IV.8.13.
     """
-    m = len(columns)
-    real_part, pair_part = np.empty(m), np.empty(m, np.complex128)
-    for r in range(m):
-        real_part[r], pair_part[r] = 0.0, 0.0
+    real, pair = here.real.sides, here.pair.sides
+    for a in range(13):
+        real[a], pair[a] = 0.0, 0.0
         for i in range(3):
-            missing = wanted[i, columns[r]] - slopes[i, columns[r]]
-            real_part[r] += method.to_real[i] * missing
-            pair_part[r] += method.to_pair[i] * missing
-    substitute(factors.real, factors.real_order, real_part)
-    substitute(factors.pair, factors.pair_order, pair_part)
+            missing = here.wanted[i, a] - slopes[i, a]
+            real[a] += method.to_real[i] * missing
+            pair[a] += method.to_pair[i] * missing
+    resolve(here.real, dt * method.real_rate, here.jacobian, here.middle, inverse_moments)
+    resolve(here.pair, dt * method.pair_rate, here.jacobian, here.middle, inverse_moments)
     for i in range(3):
-        for r in range(m):
-            correction = method.from_real[i] * real_part[r] + 2.0 * (method.from_pair[i] * pair_part[r]).real
-            slopes[i, columns[r]] += correction
-            corrections[i, columns[r]] = dt * correction
+        for a in range(13):
+            correction = method.from_real[i] * real[a] + 2.0 * (method.from_pair[i] * pair[a]).real
+            slopes[i, a] += correction
+            here.corrections[i, a] = dt * correction
 
 
-@inner
+@borrowing
 def _is_clear(work: float, stages: Array, dt: float, reach: float, mass: float, inverse_moments: Vector | None) -> bool:
     """Return whether the work [J] that the instants do not show clearly is little beside the energy of motion."""
     least = mass * (ROUNDING * reach / dt) ** 2
     return abs(work) <= UNCLEAR * (energy(stages, mass, inverse_moments) + least)
 
 
-@inner
+@borrowing
 def _turn(stages: Array, dt: float, inverse_moments: Vector | None) -> float:
     """Return how far the body turns in a step [rad]."""
     if inverse_moments is None:
@@ -179,7 +183,7 @@ def _turn(stages: Array, dt: float, inverse_moments: Vector | None) -> float:
     return abs(dt) * math.sqrt(furthest)
 
 
-@inner
+@borrowing
 def _sizes(corrections: Array, stages: Array, reach: float) -> tuple[float, float]:
     """Return how large corrections of the stages are: of what they correct, and of the body's place and size."""
     dx, dq, dv, dl = _squares(corrections)
@@ -188,7 +192,7 @@ def _sizes(corrections: Array, stages: Array, reach: float) -> tuple[float, floa
     return math.sqrt(max(shift, max(_part(dv, v), _part(dl, l_body)))), math.sqrt(shift)
 
 
-@inner
+@borrowing
 def _squares(states: Array) -> tuple[float, float, float, float]:
     """Return the mean |x|^2, |q|^2, |v|^2 and |L|^2 of three states."""
     x, q, v, l_body = 0.0, 0.0, 0.0, 0.0
@@ -202,7 +206,7 @@ def _squares(states: Array) -> tuple[float, float, float, float]:
     return x, q, v, l_body
 
 
-@inner
+@borrowing
 def _part(part: float, whole: float) -> float:
     """Return part / whole, and nothing for no part of nothing."""
     return part / whole if part != 0.0 else 0.0

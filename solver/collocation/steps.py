@@ -12,20 +12,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from tumble.solver.collocation.equations import weighted
-from tumble.solver.collocation.newton import found
+from tumble.solver.collocation.equations import moves, weighted
+from tumble.solver.collocation.newton import Room, found, room
 from tumble.solver.collocation.scheme import Scheme
-from tumble.solver.compilation import inner, kernel
+from tumble.solver.compilation import borrowing, kernel
 from tumble.solver.forces import Forces
 from tumble.solver.quaternion import normalise
 from tumble.solver.vectors import Vector
 
 Array = NDArray[np.float64]
-Columns = NDArray[np.int64]
-
-# What is stepped of a state x, q, v, L_body: all of it, or only what moves.
-WHOLE = np.arange(13)
-PLACE = np.array([0, 1, 2, 7, 8, 9])
 
 # The least part of a step, and how many may be tried.
 LEAST_PART, MOST_PARTS = 2.0**-40, 2**14
@@ -45,9 +40,8 @@ def integrate(
 
     rows: x, q, v, L in body axes and the count of steps that were not found, (N, 14), altered in place.
     """
-    columns = PLACE if inverse_moments is None else WHOLE
     reach = math.sqrt(max(moments) / forces.mass)
-    _collocate(rows, n, dt, columns, method, reach, inverse_moments, gyroscopic, forces)
+    _collocate(rows, n, dt, method, reach, inverse_moments, gyroscopic, forces)
 
 
 @kernel
@@ -55,32 +49,31 @@ def _collocate(
     rows: Array,
     n: int,
     dt: float,
-    columns: Columns,
     method: Scheme,
     reach: float,
     inverse_moments: Vector | None,
     gyroscopic: Vector | None,
     forces: Forces,
 ) -> None:
-    """Take n steps of these columns of rows; reach [m]: the body's size, as its radius of gyration has it."""
-    state, slopes = np.empty(13), np.zeros((3, 13))
+    """Take n steps of rows; reach [m]: the body's size, as its radius of gyration has it."""
+    state, slopes, here = np.empty(13), np.zeros((3, 13)), room(inverse_moments)
     for row in rows:
         for a in range(13):
             state[a] = row[a]
         for step in range(n):
-            if not _advance(state, slopes, dt, columns, method, reach, inverse_moments, gyroscopic, forces):
+            if not _advance(state, slopes, here, dt, method, reach, inverse_moments, gyroscopic, forces):
                 row[13] += n - step
                 break
-        for a in columns:
+        for a in range(13):
             row[a] = state[a]
 
 
-@inner
+@borrowing
 def _advance(
     state: Array,
     slopes: Array,
+    here: Room,
     dt: float,
-    columns: Columns,
     method: Scheme,
     reach: float,
     inverse_moments: Vector | None,
@@ -90,22 +83,23 @@ def _advance(
     """Take one step, in halves where it must be, and return whether all of it was found; if not the state is nan."""
     done, part = 0.0, 1.0
     for _ in range(MOST_PARTS):
-        is_found = found(state, slopes, part * dt, columns, method, reach, inverse_moments, gyroscopic, forces)
+        is_found = found(state, slopes, here, part * dt, method, reach, inverse_moments, gyroscopic, forces)
         if is_found:
-            for a in columns:
+            for a in range(13):
                 state[a] += part * dt * weighted(method.weights, slopes, a)
-            state[3], state[4], state[5], state[6] = normalise((state[3], state[4], state[5], state[6]))
+            _put_normalised(state, inverse_moments)
         done, part = next_part(done, part, is_found)
         if done == 1.0:
             return True
         if part == 0.0:
             break
-    for a in columns:
-        state[a] = math.nan
+    for a in range(13):
+        if moves(a, inverse_moments):
+            state[a] = math.nan
     return False
 
 
-@inner
+@borrowing
 def next_part(done: float, part: float, found: bool) -> tuple[float, float]:
     """Return how much of a step is done, and the part to try next: half of one that was not found, 0 after the least.
 
@@ -117,3 +111,11 @@ def next_part(done: float, part: float, found: bool) -> tuple[float, float]:
     while part < 1.0 and done % (2.0 * part) == 0.0:
         part *= 2.0
     return done, part
+
+
+@borrowing
+def _put_normalised(state: Array, inverse_moments: Vector | None) -> None:
+    """Give q its length again, of a body that turns."""
+    if inverse_moments is None:
+        return
+    state[3], state[4], state[5], state[6] = normalise((state[3], state[4], state[5], state[6]))

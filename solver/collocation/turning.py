@@ -24,7 +24,7 @@ from tumble.solver.collocation.newton import (
 )
 from tumble.solver.collocation.scheme import Scheme
 from tumble.solver.collocation.steps import MOST_PARTS, next_part
-from tumble.solver.compilation import inner, kernel
+from tumble.solver.compilation import borrowing, kernel
 from tumble.solver.quaternion import (
     Quaternion,
     conjugate,
@@ -62,7 +62,7 @@ def turn(spins: Array, n: int, dt: float, method: Scheme, inverse_moments: Vecto
         store(spin, q, momentum)
 
 
-@inner
+@borrowing
 def _advance(
     q: Quaternion, momentum: Vector, dt: float, method: Scheme, inverse_moments: Vector, gyroscopic: Vector | None
 ) -> tuple[Quaternion, Vector, bool]:
@@ -81,7 +81,7 @@ def _advance(
     return (math.nan, math.nan, math.nan, math.nan), LOST, False
 
 
-@inner
+@borrowing
 def _momenta(
     momentum: Vector, dt: float, method: Scheme, inverse_moments: Vector, gyroscopic: Vector | None
 ) -> tuple[Stages, bool]:
@@ -93,7 +93,7 @@ def _momenta(
     return _solved(momentum, dt, method, inverse_moments, gyroscopic)
 
 
-@inner
+@borrowing
 def _solved(
     momentum: Vector, dt: float, method: Scheme, inverse_moments: Vector, gyroscopic: Vector
 ) -> tuple[Stages, bool]:
@@ -133,14 +133,14 @@ def _solved(
     return stages, False
 
 
-@inner
+@borrowing
 def _correction(method: Scheme, i: int, real: Vector, pair: tuple[complex, complex, complex]) -> Vector:
     """Return the correction of the slope of stage i."""
     a, b = method.from_real[i], 2.0 * method.from_pair[i]
     return (a * real[0] + (b * pair[0]).real, a * real[1] + (b * pair[1]).real, a * real[2] + (b * pair[2]).real)
 
 
-@inner
+@borrowing
 def _stages(momentum: Vector, slopes: Stages, dt: float, method: Scheme) -> Stages:
     """Return L at the stages, from its slopes there."""
     return (
@@ -150,7 +150,7 @@ def _stages(momentum: Vector, slopes: Stages, dt: float, method: Scheme) -> Stag
     )
 
 
-@inner
+@borrowing
 def _sum(weights: Array, vectors: Stages) -> Vector:
     """Return the weighted sum of three vectors."""
     a, b, c = vectors
@@ -161,27 +161,27 @@ def _sum(weights: Array, vectors: Stages) -> Vector:
     )
 
 
-@inner
+@borrowing
 def _square(vectors: Stages) -> float:
     """Return the sum of the squares of three vectors."""
     return dot(vectors[0], vectors[0]) + dot(vectors[1], vectors[1]) + dot(vectors[2], vectors[2])
 
 
-@inner
+@borrowing
 def _furthest(stages: Stages, dt: float, inverse_moments: Vector) -> float:
     """Return how far the body turns in a step [rad], at the fastest of its stages; nan if L is nan."""
     first, second = _turn(stages[0], dt, inverse_moments), _turn(stages[1], dt, inverse_moments)
     return max(first, max(second, _turn(stages[2], dt, inverse_moments)))
 
 
-@inner
+@borrowing
 def _turn(momentum: Vector, dt: float, inverse_moments: Vector) -> float:
     """Return |w dt| [rad]."""
     w_body = times(inverse_moments, momentum)
     return abs(dt) * math.sqrt(dot(w_body, w_body))
 
 
-@inner
+@borrowing
 def _after(momentum: Vector, stages: Stages, dt: float, method: Scheme, gyroscopic: Vector | None) -> Vector:
     """Return L after one step."""
     if gyroscopic is None:
@@ -194,7 +194,7 @@ def _after(momentum: Vector, stages: Stages, dt: float, method: Scheme, gyroscop
     return add(momentum, scale(dt, _sum(method.weights, rates)))
 
 
-@inner
+@borrowing
 def _turned(q: Quaternion, stages: Stages, dt: float, method: Scheme, inverse_moments: Vector) -> Quaternion:
     """Return q after one step of q' = q w~/2, of length 1.
 
@@ -224,13 +224,13 @@ def _turned(q: Quaternion, stages: Stages, dt: float, method: Scheme, inverse_mo
     return normalise(plus(q, product(q, change)))
 
 
-@inner
+@borrowing
 def _minus(one: float, factor: float, u: Vector) -> Quaternion:
     """Return one - factor u~."""
     return (one, -factor * u[0], -factor * u[1], -factor * u[2])
 
 
-@inner
+@borrowing
 def _inverse(q: Quaternion) -> Quaternion:
     """Return q^-1 of a quaternion of any length."""
     return stretch(1.0 / norm_squared(q), conjugate(q))

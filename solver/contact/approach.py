@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from tumble.solver.body import momentum_rate
 from tumble.solver.compilation import inner
-from tumble.solver.contact.ground import Ground
+from tumble.solver.contact.ground import Ground, on_rim, rim_count
 from tumble.solver.integrators.exact import _swept, _turned
 from tumble.solver.quaternion import Quaternion, exponential, normalise, product, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale, times
@@ -167,6 +167,8 @@ def search(
 
     which point.  begun: an instant up to which it is known to meet none [s].
     """
+    if ground.rim > 0.0:
+        return _search_rims(z, q, v_z, l_body, begun, until, ground)
     points, pull = ground.points, ground.gravity[2]
     if len(points) == 0:
         return NONE, math.inf, 0
@@ -200,6 +202,70 @@ def search(
         if t > until:
             return NONE, t, 0
     return LOST, t, 0
+
+
+@inner
+def _search_rims(
+    z: float, q: Quaternion, v_z: float, l_body: Vector, begun: float, until: float, ground: Ground
+) -> tuple[int, float, int]:
+    """Return the same of a disc: no point p of it is below
+
+    h + h' t + g t^2 / 2 - a |P (n + n' t)| - b |z (n + n' t)| - w^2 |p| t^2, P across the axis, which is concave.
+    """
+    fastest, pull = fastest_spin(q, l_body, ground), ground.gravity[2]
+    bend = fastest * fastest * ground.reach - 0.5 * pull
+    t = begun
+    for _ in range(MOST_ADVANCES):
+        now = moving_at(z, q, v_z, l_body, t, ground)
+        close = ground.reach * (NEAR + LOST_PER_RADIAN * (1.0 + fastest * t))
+        least = math.inf
+        for number in range(rim_count(ground)):
+            p = on_rim(now.normal, number, ground)
+            above = now.height + dot(now.normal, p)
+            least = min(least, above)
+            if above < close and t > 0.0 and now.rate + dot(now.first, p) < 0.0:
+                return _refined_rim(z, q, v_z, l_body, t, number, fastest, ground)
+        step = _safe_rims(now, now.height - min(least, 0.0), bend, until - t + 1.0, ground)
+        if not step > 0.0:
+            return LOST, t, 0
+        t += step
+        if t > until:
+            return NONE, t, 0
+    return LOST, t, 0
+
+
+@inner
+def _safe_rims(now: Moving, height: float, bend: float, most: float, ground: Ground) -> float:
+    """Return how long no point of a disc can be below the plane, at most so long, by halving."""
+    low, high = 0.0, most
+    t = high
+    while True:
+        m = add(now.normal, scale(t, now.first))
+        lowest = ground.rim * math.hypot(m[0], m[1]) + ground.half * abs(m[2])
+        low, high = (t, high) if height + t * (now.rate - bend * t) - lowest >= 0.0 else (low, t)
+        if high - low <= 1e-3 * high or high <= 1e-15 * most:
+            return low
+        t = 0.5 * (low + high)
+
+
+@inner
+def _refined_rim(
+    z: float, q: Quaternion, v_z: float, l_body: Vector, t: float, number: int, fastest: float, ground: Ground
+) -> tuple[int, float, int]:
+    """Return when the lowest point of a rim meets the plane, by Newton's steps."""
+    for _ in range(MOST_NEWTON):
+        now = moving_at(z, q, v_z, l_body, t, ground)
+        p = on_rim(now.normal, number, ground)
+        falls = -now.rate - dot(now.first, p)
+        if not falls > 0.0:
+            return LOST, t, number
+        step = (now.height + dot(now.normal, p)) / falls
+        t += step
+        # |h''| is no more than that of the point, and of its going round the rim.
+        bend = fastest * fastest * (2.0 * ground.reach + ground.rim / math.hypot(now.normal[0], now.normal[1]))
+        if (bend - ground.gravity[2]) * step * step <= LEFT * ground.reach or abs(step) <= 2.0**-52 * t:
+            return MET, t, number
+    return MET, t, number
 
 
 @inner

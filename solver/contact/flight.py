@@ -31,6 +31,8 @@ class Plane:
         of the body, body axes
     radius : m
         of a sphere, else 0
+    disc : m
+        radius and thickness of a disc about the body's third axis, else None
     """
 
     point: Array
@@ -39,6 +41,7 @@ class Plane:
     friction: float
     points: Array
     radius: float = 0.0
+    disc: tuple[float, float] | None = None
 
 
 def axes_of(normal: ArrayLike) -> Array:
@@ -152,8 +155,10 @@ def ground_of(body: Body, axes: Array, gravity: ArrayLike | None, plane: Plane |
     """Return plane and body in the plane's frame; without a plane no point of the body can touch anything."""
     pull = np.zeros(3) if gravity is None else turned(axes, np.asarray(gravity, dtype=float))
     radius = 0.0 if plane is None else float(plane.radius)
-    points = np.empty((0, 3)) if plane is None or radius else np.array(plane.points, dtype=float)
-    reach = radius or (float(np.linalg.norm(points, axis=1).max()) if len(points) else 1.0)
+    rim, thickness = (plane and plane.disc) or (0.0, 0.0)
+    points = np.empty((0, 3)) if plane is None or radius or rim else np.array(plane.points, dtype=float)
+    furthest = float(np.linalg.norm(points, axis=1).max()) if len(points) else 1.0
+    reach = radius or (float(np.hypot(rim, thickness / 2)) if rim else furthest)
     return Ground(
         restitution=0.0 if plane is None else float(plane.restitution),
         friction=0.0 if plane is None else float(plane.friction),
@@ -164,6 +169,8 @@ def ground_of(body: Body, axes: Array, gravity: ArrayLike | None, plane: Plane |
         gyroscopic=body.gyroscopic or (0.0, 0.0, 0.0),
         points=points,
         radius=radius,
+        rim=float(rim),
+        half=float(thickness) / 2,
         reach=reach,
         far=0.0 if plane is None else float(np.abs(plane.point).max()),
     )

@@ -13,6 +13,8 @@ from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 Array = NDArray[np.float64]
 # A symmetric matrix as (xx, yy, zz, xy, xz, yz).
 Symmetric = tuple[float, float, float, float, float, float]
+# Of a rim: points that stand for its face.
+QUARTERS = 4
 
 
 class Ground(NamedTuple):
@@ -30,9 +32,11 @@ class Ground(NamedTuple):
     gyroscopic : (3,), 1/(kg m2)
         of `Body.gyroscopic`, zeros for equal moments
     points : (n, 3), m
-        that can touch the plane, body axes; empty for a sphere and without a plane
+        that can touch the plane, body axes; empty for a sphere, for a disc and without a plane
     radius : m
         of a sphere, else 0
+    rim, half : m
+        of a disc about the body's third axis, radius and half the thickness, else 0
     reach : m
         how far the furthest point is from the centre
     far : m
@@ -48,6 +52,8 @@ class Ground(NamedTuple):
     gyroscopic: Vector
     points: Array
     radius: float
+    rim: float
+    half: float
     reach: float
     far: float
 
@@ -72,8 +78,47 @@ def gained_spin(q: Quaternion, torque: Vector, ground: Ground) -> Vector:
 
 @inner
 def point_count(ground: Ground) -> int:
-    """Return how many points can touch the plane."""
+    """Return how many points can touch the plane; of a disc, the lowest of each rim and three more, for a face."""
+    if ground.rim > 0.0:
+        return QUARTERS * rim_count(ground)
     return 1 if ground.radius > 0.0 else len(ground.points)
+
+
+@inner
+def rim_count(ground: Ground) -> int:
+    """Return how many rims a disc has; 0 of another body."""
+    if ground.rim == 0.0:
+        return 0
+    return 2 if ground.half > 0.0 else 1
+
+
+@inner
+def on_rim(normal: Vector, number: int, ground: Ground) -> Vector:
+    """Return a point of a disc, body axes [m], as its normal there stands: first the lowest of each rim."""
+    rims = rim_count(ground)
+    size = math.hypot(normal[0], normal[1])
+    x, y = (-ground.rim * normal[0] / size, -ground.rim * normal[1] / size) if size > 0.0 else (ground.rim, 0.0)
+    for _ in range(number // rims):
+        x, y = -y, x
+    return x, y, ground.half * (2.0 * (number % rims) - 1.0)
+
+
+@inner
+def lever_rate(q: Quaternion, w: Vector, number: int, ground: Ground) -> Vector:
+    """Return how fast the place of a touching point changes, from the centre [m/s]: of a rim's lowest, which is another
+
+    point of the rim at each instant.
+    """
+    if ground.rim == 0.0:
+        return cross(w, lever_of(q, number, ground))
+    axis = rotate(q, (0.0, 0.0, 1.0))
+    axis_rate = cross(w, axis)
+    below = (axis[0] * axis[2], axis[1] * axis[2], axis[2] * axis[2] - 1.0)
+    size = math.sqrt(dot(below, below))
+    d = scale(1.0 / size, below)
+    rate = add(scale(axis[2], axis_rate), scale(axis_rate[2], axis))
+    turn = scale(ground.rim / size, add(rate, scale(-dot(d, rate), d)))
+    return add(turn, scale(ground.half * (2.0 * number - 1.0), axis_rate))
 
 
 @inner
@@ -81,6 +126,8 @@ def lever_of(q: Quaternion, number: int, ground: Ground) -> Vector:
     """Return a point that can touch, from the centre [m], plane's frame; of a sphere its lowest."""
     if ground.radius > 0.0:
         return (0.0, 0.0, -ground.radius)
+    if ground.rim > 0.0:
+        return rotate(q, on_rim(rotate_back(q, (0.0, 0.0, 1.0)), number, ground))
     points = ground.points
     return rotate(q, (points[number, 0], points[number, 1], points[number, 2]))
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from tumble.solver.compilation import inner, kernel
 from tumble.solver.contact import face, pinned
 from tumble.solver.contact.cone import CONTACT, by_turns, set_contact
-from tumble.solver.contact.ground import Ground, lever_of, momentum_of, point_count, spin_of, velocity_at
+from tumble.solver.contact.ground import Ground, lever_of, momentum_of, point_count, rim_count, spin_of, velocity_at
 from tumble.solver.contact.slip import Slip, bend, ending, path, placed, slip_from, time_at, velocity, y_at
 from tumble.solver.contact.throw import (
     ANCHOR,
@@ -28,6 +28,7 @@ from tumble.solver.contact.throw import (
     OTHER,
     PINNED,
     POINT,
+    RIM,
     SINCE,
     SLIPPING,
     SLIPS,
@@ -57,6 +58,8 @@ NO_POINT = cast(int, np.int64(-1))
 FINE, MOST_TURNS = 0.05, 100_000
 # Of the largest impulse of several points at once: what is left open.
 AT_ONCE_WITHIN = 1e-15
+# One less the cosine of the tilt at which time steps follow a disc to its face.
+NEARLY_FLAT = 1e-8
 
 
 @inner
@@ -95,6 +98,9 @@ def _begin_lasting(row: Array, touching: NDArray[np.int64], stays: int, still: f
     """Let a body with corners on the plane rest, slide, or turn about an edge or a tip."""
     _, q, _, _ = load(row, ANCHOR)
     near = face.ROUNDED * ground.reach
+    if ground.rim > 0.0 and stays == 2:
+        _begin_on_its_side(row, touching[0], still, ground)
+        return
     places = face.places_of(q, touching, stays, ground)
     if stays == 1:
         _begin_pinned(row, touching[0], NO_POINT, still, ground)
@@ -103,6 +109,28 @@ def _begin_lasting(row: Array, touching: NDArray[np.int64], stays: int, still: f
         _begin_pinned(row, touching[first], touching[second], still, ground)
     else:
         _begin_face(row, touching, stays, places, near, still, ground)
+
+
+@inner
+def _begin_on_its_side(row: Array, number: int, still: float, ground: Ground) -> None:
+    """Let a disc on both rims roll straight on, without a slip or a turn; end where it does anything else."""
+    x, q, v, l_body = load(row, ANCHOR)
+    axis, w = rotate(q, (0.0, 0.0, 1.0)), spin_of(q, l_body, ground)
+    about = dot(w, axis)
+    across = add(w, scale(-about, axis))
+    slip = velocity_at(v, w, lever_of(q, number, ground))
+    slope = (ground.gravity[0], ground.gravity[1], 0.0)
+    spread = 1.0 + ground.mass * ground.rim * ground.rim * ground.inverse_moments[2]
+    steep, hold = math.hypot(slope[0], slope[1]), -ground.friction * ground.gravity[2]
+    turns = math.sqrt(dot(across, across)) * ground.reach > 4.0 * still
+    slips = math.hypot(slip[0], slip[1]) > still or steep > spread * hold
+    if turns or slips or abs(dot(slope, axis)) > LEVEL * -ground.gravity[2]:
+        end(row, RIM)
+        return
+    pull, w = scale(1.0 - 1.0 / spread, slope), scale(about, axis)
+    v = cross(w, (0.0, 0.0, ground.rim))
+    store(row, ANCHOR, ((x[0], x[1], ground.rim), q, v, momentum_of(q, w, ground)))
+    go_steadily(row, pull, scale(1.0 / ground.rim, cross((0.0, 0.0, 1.0), pull)), math.inf, GOES_ON)
 
 
 @inner
@@ -143,7 +171,7 @@ def _begin_face(
         needed = cross(w, rotate(q, l_body))
         weight = ground.mass * press
         at = (-needed[1] / weight, needed[0] / weight)
-        if face.margin(places, count, at, near)[0] < -near:
+        if _margin(places, count, at, near, ground)[0] < -near:
             end(row, FACE_TIPS)
         else:
             store(row, ANCHOR, (x, q, v, l_body))
@@ -157,7 +185,8 @@ def _begin_face(
     if fast > still:
         along = _unit(v[0], v[1])
         level = steep <= LEVEL * press
-        if face.margin_of_arc(places, count, along, along if level else down, reach, near) < -near:
+        arc = face.margin_of_arc(places, count, along, along if level else down, reach, near)
+        if (arc if ground.rim == 0.0 else ground.rim - reach) < -near:
             end(row, FACE_TIPS)
             return
         store(row, ANCHOR, (x, q, v, none))
@@ -170,15 +199,25 @@ def _begin_face(
     store(row, ANCHOR, (x, q, none, none))
     if steep <= hold * (1.0 + LEVEL):
         at = (height * slope[0] / press, height * slope[1] / press)
-        inside, first, second = face.margin(places, count, at, near)
-        if inside < -near:
+        inside, first, second = _margin(places, count, at, near, ground)
+        if inside < -near and ground.rim > 0.0:
+            end(row, FACE_TIPS)
+        elif inside < -near:
             _begin_pinned(row, touching[first], touching[second], still, ground)
         else:
             go_steadily(row, none, none, math.inf, GOES_ON)
-    elif face.margin(places, count, (reach * down[0], reach * down[1]), near)[0] < -near:
+    elif _margin(places, count, (reach * down[0], reach * down[1]), near, ground)[0] < -near:
         end(row, FACE_TIPS)
     else:
         go_steadily(row, add(slope, scale(-hold / steep, slope)), none, math.inf, GOES_ON)
+
+
+@inner
+def _margin(places: Array, count: int, at: face.Pair, near: float, ground: Ground) -> tuple[float, int, int]:
+    """Return how far inside the face a place is [m], of a disc inside its rim, and between which points the side is."""
+    if ground.rim > 0.0:
+        return ground.rim - math.hypot(at[0], at[1]), 0, 0
+    return face.margin(places, count, at, near)
 
 
 @inner
@@ -190,7 +229,7 @@ def _begin_pinned(row: Array, first: int, second: int, still: float, ground: Gro
     lever = lever_of(q, first, ground)
     slip = velocity_at(v, w, lever)
     if math.hypot(slip[0], slip[1]) > still:
-        end(row, CORNER)
+        end(row, CORNER if ground.rim == 0.0 else RIM)
         return
     if second >= 0 and not _is_in_a_plane(q, w, first, second, still, ground):
         end(row, CORNER)
@@ -242,6 +281,9 @@ def _next_step(row: Array, state: State, first: int, second: int, ground: Ground
     row[UNTIL], row[THEN] = length, GOES_ON
     then = pinned.step(state, length, first, second, ground, slopes)
     lowest = _lowest(then, first, second, ground)
+    if ground.rim > 0.0 and abs(rotate(then[1], (0.0, 0.0, 1.0))[2]) > 1.0 - NEARLY_FLAT:
+        end(row, RIM)
+        return
     if _gap(then, lowest, ground) < 0.0 and lowest != -1:
         row[UNTIL], row[THEN] = _zero(state, length, first, second, lowest, ground, slopes), LANDS
     if pinned.hold(pinned.step(state, row[UNTIL], first, second, ground, slopes), first, second, ground) < 0.0:
@@ -253,6 +295,8 @@ def _lowest(state: State, first: int, second: int, ground: Ground) -> int:
     """Return the lowest point of the body beside those that stay; -1 where there is none."""
     _, q, _, _ = state
     lowest, least = -1, math.inf
+    if ground.rim > 0.0:
+        return rim_count(ground) - 1 - first if ground.half > 0.0 else -1
     near = face.ROUNDED * ground.reach
     stay = lever_of(q, first, ground)
     edge = add(lever_of(q, max(second, 0), ground), scale(-1.0, stay))

@@ -15,6 +15,7 @@ from tumble.solver.compilation import inner, kernel
 from tumble.solver.contact.approach import turned_freely
 from tumble.solver.contact.cone import CONTACT, by_turns, lever_in, set_contact
 from tumble.solver.contact.ground import (
+    QUARTERS,
     Ground,
     lever_of,
     momentum_of,
@@ -34,7 +35,8 @@ SOLVED = 1e-12
 
 def moreau_width(ground: Ground) -> int:
     """Return how many numbers a row has."""
-    return IMPULSES + 3 * (1 if ground.radius else len(ground.points))
+    rims = 0 if not ground.rim else 2 if ground.half else 1
+    return IMPULSES + 3 * (1 if ground.radius else QUARTERS * rims or len(ground.points))
 
 
 @kernel

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tumble.solver.body import momentum_rate
 from tumble.solver.compilation import inner
-from tumble.solver.contact.ground import Ground, lever_of, response, solved, spin_of
+from tumble.solver.contact.ground import Ground, lever_of, lever_rate, response, solved, spin_of
 from tumble.solver.dop853 import ERROR_3, ERROR_5, STAGES, WEIGHTS
 from tumble.solver.integrators.adaptive import combined
 from tumble.solver.quaternion import Quaternion, normalise, product_vector, rotate, rotate_back
@@ -30,7 +30,8 @@ MOST_TRIES = 60
 def reaction(state: State, first: int, second: int, ground: Ground) -> tuple[Vector, Vector]:
     """Return the force of the plane [N], plane's frame, and dL/dt in body axes [N m].
 
-    first: the point that stays; second: the other end of the edge that does, -1 where none.
+    first: the point that stays, of a disc the lowest of a rim, which rolls; second: the other end of an edge that does,
+    -1 where none.
     """
     _, q, _, l_body = state
     w_body = times(ground.inverse_moments, l_body)
@@ -48,7 +49,7 @@ def reaction(state: State, first: int, second: int, ground: Ground) -> tuple[Vec
         force = scale(ground.mass, add(pull, scale(-1.0, ground.gravity)))
         return force, scale(bend, times(ground.moments, axis))
     bend = rotate(q, times(ground.inverse_moments, free))
-    without = add(ground.gravity, add(cross(bend, lever), cross(w, cross(w, lever))))
+    without = add(ground.gravity, add(cross(bend, lever), cross(w, lever_rate(q, w, first, ground))))
     force = scale(-1.0, solved(response(q, lever, ground), without))
     return force, add(free, rotate_back(q, cross(lever, force)))
 

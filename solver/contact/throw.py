@@ -35,8 +35,9 @@ REASONS = (
     "an edge or a tip that turned about where it was begins to slip",
     "a point grazes the plane, or impacts follow one another without end",
     "there were too many impacts",
+    "a disc slips on its rim, turns on both, or falls flat",
 )
-CORNER, FACE_SPINS, FACE_TIPS, SLIPS, GRAZES, TOO_MANY = 1, 2, 3, 4, 5, 6
+CORNER, FACE_SPINS, FACE_TIPS, SLIPS, GRAZES, TOO_MANY, RIM = 1, 2, 3, 4, 5, 6, 7
 MOST_IMPACTS = 1_000_000
 
 # Of body and distance, and of the greatest speed so far: what a gap and a speed are none below.

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.solver import quaternion
-from tumble.solver.ensemble.blocks import LANES, share_out
+from tumble.solver.ensemble.blocks import LANES, load_block, order_of, share_out, store_block
 from tumble.solver.ensemble.frames import frame_of, framed, ordered, placed
 from tumble.solver.ensemble.lanes import lane, lanes_kernel, product, scale, widest_vectors
 from tumble.solver.ensemble.theta import (
@@ -181,9 +181,14 @@ def throw(q: Quaternion, momentum: Vector, inverse_middle: float, g: Vector, han
 
 
 @lane
-def advanced(thrown: Throw, t: float) -> tuple[Quaternion, Vector]:
-    """Return q and L after t [s], in the axes that `throw` had them in; nan beyond LARGEST_NOME."""
-    angle = turned(thrown.angle, direction(thrown.rate * t))
+def angles(thrown: Throw, t: float) -> tuple[Pair, Pair]:
+    """Return the angle pi u/(2 K) and half the steady angle about L, A t/2, after t [s]."""
+    return turned(thrown.angle, direction(thrown.rate * t)), direction(thrown.half_turning * t)
+
+
+@lane
+def seen(thrown: Throw, angle: Pair) -> tuple[Vector, float, Pair]:
+    """Return L/|L| times theta4, theta4, and a number whose phase is p/2, at an angle pi u/(2 K)."""
     cosines, sines = odd_waves(angle)
     c2 = (angle[0] - angle[1]) * (angle[0] + angle[1])
     double = 2.0 * c2
@@ -196,23 +201,35 @@ def advanced(thrown: Throw, t: float) -> tuple[Quaternion, Vector]:
     odd = w2 * c2 + (w6 * c6 + w10 * c10)
     theta1 = alternating_sum_of(thrown.odd_weights, sines)
     theta2 = sum_of(thrown.odd_weights, cosines)
-    theta4 = even - odd
     a1, a2, a3 = thrown.amplitudes
-    # L/|L| times theta4: one quotient then does for it and for the length of q.
-    e1, e2, e3 = a1 * theta2, a2 * theta1, a3 * (even + odd)
-
     along, aside = thrown.meridian
     now = half_phase(thrown.cosh, thrown.sinh, cosines, sines, (along * theta2, aside * theta1))
-    spin = turned(direction(thrown.half_turning * t), times_conjugate(now, thrown.began))
+    # One quotient by theta4 then does for L and for the length of q.
+    return (a1 * theta2, a2 * theta1, a3 * (even + odd)), even - odd, now
+
+
+@lane
+def pose(thrown: Throw, steady: Pair, along: Vector, theta4: float, now: Pair) -> tuple[Quaternion, Vector]:
+    """Return q and L from what `angles` and `seen` return, in the axes of the frame but for its signs."""
+    e1, e2, e3 = along
+    spin = turned(steady, times_conjugate(now, thrown.began))
     # The spin about L, then the turn of axis 3 onto L: each is nought in two of its four numbers or in one.
     upright, tilt = theta4 + e3, turned(spin, (e2, -e1))
     after = (spin[0] * upright, tilt[0], tilt[1], spin[1] * upright)
     length = math.sqrt(thrown.before_squared * norm_squared(after))
     split = 1.0 / (length * theta4)
-    w, x, y, z = stretch(split * theta4, product(thrown.before, after))
+    q = stretch(split * theta4, product(thrown.before, after))
+    return q, scale(thrown.speed * split * length, along)
+
+
+@lane
+def advanced(thrown: Throw, t: float) -> tuple[Quaternion, Vector]:
+    """Return q and L after t [s], in the axes that `throw` had them in; nan beyond LARGEST_NOME."""
+    angle, steady = angles(thrown, t)
+    along, theta4, now = seen(thrown, angle)
+    (w, x, y, z), momentum = pose(thrown, steady, along, theta4, now)
     x, y, z = placed(thrown.least, thrown.signs, (x, y, z))
-    momentum = scale(thrown.speed * split * length, placed(thrown.least, thrown.signs, (e1, e2, e3)))
-    return (w, x, y, z), momentum
+    return (w, x, y, z), placed(thrown.least, thrown.signs, momentum)
 
 
 @lanes_kernel
@@ -222,37 +239,25 @@ def _exact(
     spins: NDArray[np.float64],
     n: int,
     dt: float,
-    axes: tuple[int, int, int],
-    handedness: float,
-    g: Vector,
     inverse_moments: Vector,
     gyroscopic: Vector,
 ) -> None:
     widest_vectors()
-    block = np.empty(7 * LANES)
+    axes, handedness, g = ordered(inverse_moments, gyroscopic)
+    block, order = np.empty(7 * LANES), order_of(axes)
     t, inverse_middle = n * dt, inverse_moments[axes[1]]
-    x, y, z = axes
     for begin in range(first, last, LANES):
-        for i in range(LANES):
-            row = min(begin + i, last - 1)
-            block[i], block[4 * LANES + i] = spins[row, 7], spins[row, 11 + x]
-            block[LANES + i], block[5 * LANES + i] = spins[row, 8 + x], spins[row, 11 + y]
-            block[2 * LANES + i], block[6 * LANES + i] = spins[row, 8 + y], spins[row, 11 + z]
-            block[3 * LANES + i] = spins[row, 8 + z]
+        load_block(spins, 7, order, begin, last, block)
         for i in range(LANES):
             q = (block[i], block[LANES + i], block[2 * LANES + i], block[3 * LANES + i])
             momentum = (block[4 * LANES + i], block[5 * LANES + i], block[6 * LANES + i])
             q, momentum = advanced(throw(q, momentum, inverse_middle, g, handedness), t)
             block[i], block[LANES + i], block[2 * LANES + i], block[3 * LANES + i] = q
             block[4 * LANES + i], block[5 * LANES + i], block[6 * LANES + i] = momentum
+        store_block(spins, order, begin, last, block)
         for i in range(min(LANES, last - begin)):
-            row = begin + i
-            spins[row, 0], spins[row, 4 + x] = block[i], block[4 * LANES + i]
-            spins[row, 1 + x], spins[row, 4 + y] = block[LANES + i], block[5 * LANES + i]
-            spins[row, 1 + y], spins[row, 4 + z] = block[2 * LANES + i], block[6 * LANES + i]
-            spins[row, 1 + z] = block[3 * LANES + i]
             if math.isnan(block[i]):
-                one_by_one(spins[row : row + 1], n, dt, inverse_moments, gyroscopic)
+                one_by_one(spins[begin + i : begin + i + 1], n, dt, inverse_moments, gyroscopic)
 
 
 @lanes_kernel
@@ -274,8 +279,5 @@ def exact(spins: NDArray[np.float64], n: int, dt: float, inverse_moments: Vector
     spins: q, then L in body axes, then both at the start of the count, (N, 14) or wider, C order, altered in place; as
     `tumble.solver.integrators.exact` has it.
     """
-    if gyroscopic is None or 0.0 in gyroscopic:
-        share_out(_one_by_one, len(spins), FLOPS, spins, n, dt, inverse_moments, gyroscopic)
-        return
-    axes, handedness, g = ordered(inverse_moments, gyroscopic)
-    share_out(_exact, len(spins), FLOPS, spins, n, dt, axes, handedness, g, inverse_moments, gyroscopic)
+    kernel = _one_by_one if gyroscopic is None or 0.0 in gyroscopic else _exact
+    share_out(kernel, len(spins), FLOPS, spins, n, dt, inverse_moments, gyroscopic)

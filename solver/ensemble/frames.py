@@ -1,18 +1,16 @@
 """The axes a throw is told in: those of the least, the middle and the greatest moment, then those its L runs round."""
 
+from tumble.solver.body import by_moment
 from tumble.solver.ensemble.lanes import lane
 from tumble.solver.vectors import Vector
 
 
+@lane
 def ordered(inverse_moments: Vector, gyroscopic: Vector) -> tuple[tuple[int, int, int], float, Vector]:
     """Return the axes of the least, the middle and the greatest moment, and handed and g of `throw` in that order."""
-    least, middle, greatest = sorted(range(3), key=lambda axis: -inverse_moments[axis])
-    handedness = 1.0 if (middle - least) % 3 == 1 else -1.0
-    return (
-        (least, middle, greatest),
-        handedness,
-        (abs(gyroscopic[least]), abs(gyroscopic[middle]), abs(gyroscopic[greatest])),
-    )
+    x, y, z = axes = by_moment(inverse_moments)
+    handedness = 1.0 if (y - x) % 3 == 1 else -1.0
+    return axes, handedness, (abs(gyroscopic[x]), abs(gyroscopic[y]), abs(gyroscopic[z]))
 
 
 @lane

@@ -55,6 +55,14 @@ def test_a_damaged_kernel_is_compiled_anew(tmp_path, kept, ending, share):
     assert (again.returncode, without_progress(again.stderr)) == (0, ""), "what was compiled anew is kept"
 
 
+def test_kernels_on_disk_load_no_compiler(kept):
+    folder, said = kept
+    again = run(folder, env={"NUMBA_CACHE_DIR": str(folder), "PYTHONPROFILEIMPORTTIME": "1"})
+    assert again.stdout == said
+    assert "numba.core.dispatcher" in again.stderr
+    assert "numba.np.arraymath" not in again.stderr
+
+
 def test_a_full_disk_costs_only_time(tmp_path):
     done = run(
         tmp_path,

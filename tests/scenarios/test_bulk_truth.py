@@ -1,5 +1,6 @@
 """The truth of many throws at once, in 32 digits, against the many-digit closed form."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,8 @@ from tumble.scenarios.scene import Body, Scene, frozen_array
 from tumble.scenarios.truth import truth
 from tumble.scenarios.truth.bulk import flight as bulk
 from tumble.scenarios.truth.bulk.bodies import bodies, readings
+from tumble.scenarios.truth.rational import Fraction
+from tumble.scenarios.truth.rotation import exact
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * (0.2, 0.075, 0.05)
 
@@ -156,3 +159,17 @@ def test_instants_beyond_the_horizon_are_left_where_it_lies():
     assert many.horizon == few.horizon
     assert np.isinf(many.bound[-1, 0])
     assert np.isnan(many.vertices[-1]).all()
+
+
+def test_fractions_that_are_taken_as_they_are_leave_no_memory_behind():
+    """Very many throws are worked out by one process: gmpy2's `as_integer_ratio` lost 160 bytes each time."""
+    number = Fraction(2**100 + 1, 3**60)
+    exact(number)
+    tracemalloc.start()
+    try:
+        before = tracemalloc.get_traced_memory()[0]
+        for _ in range(1000):
+            assert exact(number) == number
+        assert tracemalloc.get_traced_memory()[0] - before < 10_000
+    finally:
+        tracemalloc.stop()

@@ -45,7 +45,7 @@ def test_events_has_no_error_but_rounding(name):
         assert f"{ends:.6g} s" in flight.notes[0]
 
 
-@pytest.mark.parametrize("family", FAMILIES[:12])
+@pytest.mark.parametrize("family", [family for family in FAMILIES if family != "top"])
 def test_events_on_random_scenes(family, tmp_path):
     path, tried = tmp_path / "drawn.toml", 0
     for seed in range(40, 42):

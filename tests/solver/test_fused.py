@@ -1,5 +1,7 @@
 """Products and sums with one rounding, and the series written with them, against exact rational numbers."""
 
+import math
+import operator
 from fractions import Fraction
 
 import numpy as np
@@ -8,7 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 
-from tumble.solver.fused import fused, fused_cross, fused_exponential, fused_product, fused_stretch, times_units
+from tumble.solver.four import all_four, fused_four, minus_four, over_four, plus_four, times_four
+from tumble.solver.fused import (
+    fused,
+    fused_cross,
+    fused_exponential,
+    fused_half_turn,
+    fused_product,
+    fused_stretch,
+    times_units,
+)
 from tumble.solver.quaternion import exponential, product
 from tumble.solver.series import momentum_terms, quaternion_terms
 
@@ -34,6 +45,16 @@ def call_units(q):
 
 
 @njit
+def call_half_turn(angle):
+    return fused_half_turn(angle)
+
+
+@njit
+def call_four(a, b, c):
+    return fused_four(a, b, c), times_four(a, b), plus_four(a, b), minus_four(a, b), over_four(a, b), all_four(a[2])
+
+
+@njit
 def terms(q, momentum, half_step, step_gyroscopic):
     momenta = momentum_terms(momentum, step_gyroscopic)
     return momenta, quaternion_terms(q, momentum, momenta, half_step)
@@ -54,6 +75,16 @@ def test_one_rounding_is_not_two():
 @derandomized
 def test_four_at_once_are_four_times_one(factor, q, c):
     assert call_stretch(factor, q, c) == tuple(call_fused(factor, a, b) for a, b in zip(q, c, strict=True))
+
+
+@given(quaternion, quaternion.filter(all), quaternion)
+@derandomized
+def test_a_formula_at_four_instants_is_that_at_each(a, b, c):
+    fused_four, *plain, same = call_four(a, b, c)
+    assert fused_four == tuple(call_fused(*numbers) for numbers in zip(a, b, c, strict=True))
+    for found, operation in zip(plain, (operator.mul, operator.add, operator.sub, operator.truediv), strict=True):
+        assert found == tuple(map(operation, a, b))
+    assert same == (a[2],) * 4
 
 
 @given(quaternion)
@@ -77,6 +108,14 @@ def test_products(p, q, a, b, c):
 def test_exponential(length):
     u = tuple(length * np.array([0.48, -0.6, 0.64]))
     np.testing.assert_allclose(fused_exponential(u), exponential(u), rtol=0, atol=2 * EPS)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, math.pi, 30.0, 1e6, 4e15, 1e18])
+def test_half_turn(scale):
+    angles = [*np.random.default_rng(4).uniform(-scale, scale, 200), math.pi, -math.pi, 0.0, scale]
+    for angle in angles:
+        half = (math.cos(angle / 2), math.sin(angle / 2))
+        assert call_half_turn(angle) == pytest.approx(half, rel=0, abs=2 * EPS)
 
 
 def test_series():

@@ -16,6 +16,8 @@ FAMILIES = (
     "box that tips",
     "block that rocks",
     "top",
+    "disc that rolls",
+    "disc thrown",
 )
 
 
@@ -25,8 +27,10 @@ def numbers(values):
 
 def drawn(family, seed):
     """The text of a scene of that family."""
-    if family in FAMILIES[10:]:
+    if family in FAMILIES[10:13]:
         return pinned(family, seed)
+    if family in FAMILIES[13:]:
+        return disc(family, seed)
     random = np.random.default_rng((FAMILIES.index(family), seed))
     unit = 10.0 ** random.uniform(-3, 1)
     mass = 10.0 ** random.uniform(-2, 1)
@@ -176,6 +180,44 @@ def pinned(family, seed):
     body += ["velocity = " + numbers(velocity), "angular_velocity = " + numbers(spin)]
     head = [f'title = "{family}"', "step = 0.001", f"duration = {float(time * length)!r}", "samples = 8"]
     head += ["gravity = " + numbers(-pull * n)]
+    plane = ["[plane]", "point = " + numbers(point), "normal = " + numbers(n)]
+    plane += [f"restitution = {float(e)!r}", f"friction = {float(mu)!r}"]
+    return "\n".join([*head, *body, *plane]) + "\n"
+
+
+def disc(family, seed):
+    """The text of a scene of a disc that rolls on its rim, some of them in a steady circle, or comes down on it."""
+    random = np.random.default_rng((FAMILIES.index(family), seed))
+    unit, mass = 10.0 ** random.uniform(-2, 0.5), 10.0 ** random.uniform(-2, 1)
+    pull = 9.81 * 10.0 ** random.uniform(-0.5, 0.5)
+    rate = np.sqrt(pull / unit)
+    n = np.array((0.0, 1.0, 0.0)) if random.random() < 0.5 else unit_vector(random.normal(size=3))
+    along = unit_vector(np.cross(n, random.normal(size=3)))
+    beside = np.cross(n, along)
+    thickness = 0.0 if random.random() < 0.3 else unit * random.uniform(0.01, 0.4)
+    point = random.normal(size=3) * unit
+    tilt = random.uniform(0.3, 1.5)
+    axis, up = np.cos(tilt) * n - np.sin(tilt) * beside, np.sin(tilt) * n + np.cos(tilt) * beside
+    # A turn about the normal, and the spin by which it is a steady circle; most of them nearly, or far from it.
+    q, f = random.uniform(0.5, 4) * rate * random.choice((-1, 1)) * np.array((np.sin(tilt), np.cos(tilt)))
+    c, own, across = -thickness / 2, unit**2 / 2, (3 * unit**2 + thickness**2) / 12
+    needed = f * q * (-across - c * c) + unit * q * q * c + pull * (unit * np.cos(tilt) + c * np.sin(tilt))
+    steady = np.array((0.0, q, needed / (unit * (c * f - unit * q) - own * q)))
+    spin = steady + (random.choice((0.1, 0.6)) * rate * random.normal(size=3) if random.random() < 0.8 else 0.0)
+    lever = -unit * up - thickness / 2 * axis
+    w = np.array((along, up, axis)).T @ spin
+    body = ["[body]", 'shape = "disc"', f"mass = {mass!r}", f"radius = {unit!r}", f"thickness = {float(thickness)!r}"]
+    position, v, e = point - lever, -np.cross(w, lever), random.random()
+    slope = random.uniform(-0.4, 0.4, 2) if random.random() < 0.4 else np.zeros(2)
+    if "thrown" in family:
+        position, v = position + unit * random.uniform(0.05, 0.6) * n, unit * rate * random.normal(size=3)
+        e = random.uniform(0.2, 0.95)
+    mu = random.uniform(0.5, 3) if "rolls" in family else random.uniform(0, 1.2)
+    body += ["position = " + numbers(position), "orientation = " + numbers(laying(2, axis, along))]
+    body += ["velocity = " + numbers(v), "angular_velocity = " + numbers(w)]
+    length = random.uniform(1, 4) / rate
+    head = [f'title = "{family}"', "step = 0.001", f"duration = {float(length)!r}", "samples = 6"]
+    head += ["gravity = " + numbers(pull * (slope[0] * along + slope[1] * beside - n))]
     plane = ["[plane]", "point = " + numbers(point), "normal = " + numbers(n)]
     plane += [f"restitution = {float(e)!r}", f"friction = {float(mu)!r}"]
     return "\n".join([*head, *body, *plane]) + "\n"

@@ -18,6 +18,8 @@ TINY = mpfr(10) ** -34
 LOOKS = 48
 # What counts as touching and as no speed along the normal at the start: what rounding may have made of it.
 ROUNDED = mpfr(2) ** -46
+# Of the weight: the friction that is left where a slip begins; rounding of that instant changes it.
+SLIPS = 1e-12
 
 
 class Sphere:
@@ -33,6 +35,30 @@ class Sphere:
         moment = self.mass * r * r * 2 / 5
         self.tensor = [[moment if i == j else mpq(0) for j in range(3)] for i in range(3)]
         self.inverse = [[1 / moment if i == j else mpq(0) for j in range(3)] for i in range(3)]
+
+
+class Disc:
+    """A uniform disc about its z axis, with eight points on each rim."""
+
+    def __init__(self, table):
+        self.mass, self.radius, self.half = mpq(table["mass"]), mpq(table["radius"]), mpq(table.get("thickness", 0)) / 2
+        self.sides = (-1, 1) if self.half else (1,)
+        self.points = [[mpq(0)] * 3]
+        for side in self.sides:
+            for eighth in range(8):
+                angle = eighth * gmpy2.const_pi() / 4
+                x, y = (self.radius * c for c in (gmpy2.cos(angle), gmpy2.sin(angle)))
+                self.points.append([x, y, side * self.half])
+        across = self.mass * (self.radius**2 / 4 + self.half**2 / 3)
+        moments = (across, across, self.mass * self.radius**2 / 2)
+        self.tensor = [[moments[i] if i == j else mpq(0) for j in range(3)] for i in range(3)]
+        self.inverse = [[1 / moments[i] if i == j else mpq(0) for j in range(3)] for i in range(3)]
+
+    def lowest(self, axis, n):
+        """From the centre to the lowest point of each rim, world axes."""
+        below = plus([c * dot(axis, n) for c in axis], n, -1)
+        below = [c * self.radius / size(below) for c in below]
+        return [plus(below, axis, side * self.half) for side in self.sides]
 
 
 def dot(a, b):
@@ -53,8 +79,8 @@ class World:
     def __init__(self, document):
         self.document = {key: value for key, value in document.items() if key != "plane"}
         table, plane = document["body"], document["plane"]
-        self.ball = table["shape"] == "sphere"
-        self.body = Sphere(table) if self.ball else Body(table)
+        self.ball, self.disc = (table["shape"] == shape for shape in ("sphere", "disc"))
+        self.body = Sphere(table) if self.ball else Disc(table) if self.disc else Body(table)
         self.n = [mpfr(c) for c in unit(plane.get("normal", (0, 1, 0)))]
         self.o = [mpq(c) for c in plane.get("point", (0, 0, 0))]
         self.e, self.mu = mpq(plane["restitution"]), mpq(plane["friction"])
@@ -68,6 +94,8 @@ class World:
         if self.ball:
             return [[-self.body.radius * c for c in self.n]]
         R = axes_of(state[6:10])
+        if self.disc:
+            return self.body.lowest([row[2] for row in R], self.n)
         return [times(R, p) for p in self.body.points]
 
     def heights(self, state):
@@ -79,6 +107,11 @@ class World:
 
     def rate(self, state, arm):
         return plus(state[3:6], cross(self.spin(state), arm))
+
+    def bears(self, pull):
+        """What friction can hold more than it needs to, over the weight; pull: the plane's force over the mass."""
+        press = dot(pull, self.n)
+        return (self.mu * press - size(plus(pull, self.n, -press))) / size(self.g)
 
     def with_spin(self, state, w):
         R = axes_of(state[6:10])
@@ -330,6 +363,10 @@ class Hinged:
                 Q[i].append(spins[i] / 2 / (k + 1))
         self.series = [*W, *Q]
 
+        goes, gains = (cross([series[k] for series in W], [-c for c in hinge]) for k in (0, 1))
+        swung = plus(gains, cross([series[0] for series in W], goes))
+        self.bears = world.bears(plus(times(axes_of(state[6:10]), swung), world.g, -1))
+
     def at(self, h, place):
         """The state with the hinge at a place."""
         w, q = ([value(series, h) for series in part] for part in (self.series[:3], self.series[3:]))
@@ -338,12 +375,77 @@ class Hinged:
         return [*plus(place, arm), *cross(times(R, w), arm), *q, *w]
 
 
-def vertices(path, instants):
-    """Where the body's points are at the instants [s]; as many rows as there are answers to."""
-    with gmpy2.context(precision=BITS):
-        document = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-        world = World(document)
-        return Course(world, document).rows([mpq(float(time)) for time in instants])
+class Rolled:
+    """A disc on the lowest point of one rim, without slip: Newton's and Euler's equations with the force unknown.
+
+    y: the centre, the quaternion and the spin, world axes.  A step is Gragg's, extrapolated (Bulirsch and Stoer).
+    """
+
+    def __init__(self, world, side):
+        self.world, self.side = world, side
+
+    def lever(self, axis, axis_rate):
+        """From the centre to the lowest point, and how fast that changes."""
+        n, body = self.world.n, self.world.body
+        below = plus([c * dot(axis, n) for c in axis], n, -1)
+        changes = plus([c * dot(axis, n) for c in axis_rate], axis, dot(axis_rate, n))
+        length = size(below)
+        d = [c / length for c in below]
+        turns = [(c - b * dot(d, changes)) / length for c, b in zip(changes, d, strict=True)]
+        offset = self.side * body.half
+        return (
+            plus([c * body.radius for c in d], axis, offset),
+            plus([c * body.radius for c in turns], axis_rate, offset),
+        )
+
+    def motion(self, y):
+        """The rate of y, and of the centre's velocity."""
+        world, m = self.world, self.world.body.mass
+        q, w = y[3:7], y[7:10]
+        length = size(q)
+        R = axes_of([c / length for c in q])
+        moments = [world.body.tensor[i][i] for i in range(3)]
+
+        def spun(u):
+            """The angular momentum of a spin."""
+            own = times(zip(*R, strict=True), u)
+            return times(R, [moment * c for moment, c in zip(moments, own, strict=True)])
+
+        axis = [row[2] for row in R]
+        r, r_rate = self.lever(axis, cross(w, axis))
+        # I w' + w x I w = r x m (v' - g), v' = -w' x r - w x r'.
+        known = plus(cross(w, spun(w)), cross(r, plus(cross(w, r_rate), world.g)), m)
+        columns = []
+        for i in range(3):
+            unit_rate = [mpfr(int(i == j)) for j in range(3)]
+            columns.append(plus(spun(unit_rate), cross(r, cross(unit_rate, r)), m))
+        whole = dot(columns[0], cross(columns[1], columns[2]))
+        rate = [-dot(known, cross(columns[(i + 1) % 3], columns[(i + 2) % 3])) / whole for i in range(3)]
+        v = [-c for c in cross(w, r)]
+        gained = plus(cross(rate, r), cross(w, r_rate))
+        return [*v, *(c / 2 for c in product([mpfr(0), *w], q)), *rate], [-c for c in gained]
+
+    def slope(self, y):
+        return self.motion(y)[0]
+
+    def bears(self, y):
+        return self.world.bears(plus(self.motion(y)[1], self.world.g, -1))
+
+    def step(self, y, h):
+        table, last = [], None
+        for row in range(1, 40):
+            n = 2 * row
+            before, now = y, plus(y, self.slope(y), h / n)
+            for _ in range(n - 1):
+                before, now = now, plus(before, self.slope(now), 2 * h / n)
+            new = [[(a + b + h / n * c) / 2 for a, b, c in zip(before, now, self.slope(now), strict=True)]]
+            for column in range(1, row):
+                factor = mpfr(row * row) / (row - column) ** 2 - 1
+                new.append([a + (a - b) / factor for a, b in zip(new[-1], table[column - 1], strict=True)])
+            if last and max(abs(a - b) for a, b in zip(new[-1], last, strict=True)) < mpfr(10) ** -30 * size(y):
+                return new[-1]
+            table, last = new, new[-1]
+        raise RuntimeError("no step")
 
 
 class Course:
@@ -359,7 +461,7 @@ class Course:
         self.state = [*place, *q, *own]
         self.blows = sorted(document.get("impulse", []), key=lambda blow: blow.get("time", 0))
         self.now = mpq(0)
-        self.fresh, self.fastest = True, gmpy2.sqrt(size(world.g) * world.reach)
+        self.fresh, self.fastest, self.bears = True, gmpy2.sqrt(size(world.g) * world.reach), None
 
     def rows(self, instants):
         world, rows = self.world, []
@@ -400,10 +502,40 @@ class Course:
             assert len(meets) == 1, [float(speeds[i]) for i in touching]
             self.point = meets[0]
             return "impact"
+        if self.rests and world.disc:
+            return "rolls"
         if self.rests and world.gn < 0:
             pinned = not world.ball and not self.spans(self.rests)
             return "pinned" if pinned or self.tips() else "on_plane"
         return "fly"
+
+    def rolls(self, end):
+        """One step of a disc that rolls."""
+        world, state, (rim,) = self.world, self.state, self.rests
+        x = plus(state[0:3], world.n, -world.heights(state)[rim])
+        rolled, w = Rolled(world, world.body.sides[rim]), world.spin(state)
+        n, axis = world.n, [row[2] for row in axes_of(state[6:10])]
+        fastest = size(w) / size(cross(axis, n)) + gmpy2.sqrt(size(world.g) / world.reach)
+        h = min(mpfr(end - self.now), 1 / fastest)
+        self.hold(rolled.bears([*x, *state[6:10], *w]))
+        y = rolled.step([*x, *state[6:10], *w], h)
+        length = size(y[3:7])
+        q = [c / length for c in y[3:7]]
+        arm = world.arms([*y[0:3], *state[3:6], *q, *state[10:13]])[rim]
+        v = [-c for c in cross(y[7:10], arm)]
+        self.state = world.with_spin([*y[0:3], *v, *q, *state[10:13]], y[7:10])
+        self.now, self.fresh = end if h == mpfr(end - self.now) else self.now + mpq(h), False
+
+    def hold(self, bears):
+        """Fail where friction cannot hold a contact that stays; bears: how much more it can, over the weight."""
+        self.bears = bears
+        assert bears > -ROUNDED, f"friction does not hold at {float(self.now)} s: {float(bears)}"
+
+    def slips(self, instant):
+        """Fail where a contact that stays does not begin to slip at an instant."""
+        self.go(instant)
+        getattr(self, self.mode())(instant + mpq(1, 10**9))
+        assert abs(self.bears) < SLIPS, f"no slip at {float(instant)} s: {float(self.bears)}"
 
     def still(self, state):
         """The speed that counts as none."""
@@ -472,6 +604,7 @@ class Course:
         place = plus(self.state[0:3], times(R, hinge))
         place = plus(place, world.n, -dot(world.n, plus(place, world.o, -1)))
         motion = Hinged(world, self.state, hinge, self.across(rests))
+        self.hold(motion.bears)
         h = min(step_length(motion.series, mpfr(10) ** -48), mpfr(end - self.now))
         others = [i for i in range(len(world.body.points)) if i not in rests]
         before = mpfr(0)
@@ -627,13 +760,21 @@ def product(p, q):
 
 
 def worst(path, true, reached=None):
-    """Of a truth's rows within its horizon: how far a point is off [m] over the bound, and how far, at the worst."""
+    """Of a truth's rows within its horizon: how far a point is off [m] over the bound, and how far, at the worst.
+
+    Fails where a truth ends because a point begins to slip, and friction holds it then.
+    """
     instants = true.times[: true.known][:reached]
-    rows = vertices(path, instants)
     with gmpy2.context(precision=BITS):
+        document = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        course = Course(World(document), document)
+        rows = course.rows([mpq(float(time)) for time in instants])
         ratio, most = 0.0, 0.0
         for row, exact in enumerate(rows):
             for point, told in zip(exact, true.vertices[row, 0], strict=True):
                 off = float(size(plus(point, [mpfr(float(c)) for c in told], -1)))
                 ratio, most = max(ratio, off / float(true.bound[row, 0])), max(most, off)
+        record = true.contacts[0]
+        if reached is None and "begins to slip" in record.why:
+            course.slips(mpq(record.ended_s))
         return ratio, most

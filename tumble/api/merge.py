@@ -14,7 +14,7 @@ from tumble.api.result import Result
 from tumble.api.stability import stability
 from tumble.api.sweep import sweep
 from tumble.compare.check.tolerances import read_tolerances
-from tumble.compare.run.shards import merging
+from tumble.compare.run.shards.merging import merging
 from tumble.scenarios.refusal import UserError
 from tumble.shares import merged_options
 

@@ -93,6 +93,28 @@ class Scene:
         return cls._of_shape("sphere", values, radius=radius, mass=mass)
 
     @classmethod
+    def disc(cls, radius: float, mass: float, thickness: float = 0.0, **values: Any) -> Self:
+        """Return the scene of a uniform disc about the body's z axis.
+
+        Parameters
+        ----------
+        radius : [m].
+        mass : [kg].
+        thickness : along z [m]; 0: the limit of a thin disc.
+        **values : as `Scene.box` has them.
+
+        Returns
+        -------
+        Scene
+
+        Examples
+        --------
+        >>> Scene.disc(0.1, 1.0, duration=1.0, samples=2).question.body.moments.round(6).tolist()
+        [0.0025, 0.0025, 0.005]
+        """
+        return cls._of_shape("disc", values, radius=radius, thickness=thickness, mass=mass)
+
+    @classmethod
     def rigid(
         cls, inertia: Sequence[Sequence[float]], points: Sequence[Sequence[float]], *, mass: float, **values: Any
     ) -> Self:

@@ -8,8 +8,9 @@ from types import MappingProxyType
 from tumble.compare.run.engines.registry import is_file
 from tumble.compare.run.execution import Shard
 from tumble.compare.run.local import LocalWorker
-from tumble.compare.run.running_engines import POOL, Pool
-from tumble.compare.run.shards import merging, sharing
+from tumble.compare.run.pool import POOL, Pool
+from tumble.compare.run.shards.merging import merging
+from tumble.compare.run.shards.sharing import sharing
 from tumble.compare.run.worker import Worker
 from tumble.scenarios.refusal import UserError
 from tumble.shares import IN_PYTHON, caches_of, placed

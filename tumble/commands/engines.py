@@ -5,10 +5,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tumble.compare.engines import CHECKS, CONTACT_CHECKS
+from tumble.compare.run.asked import known_contestant
 from tumble.compare.run.engines import environments, installing, registry
 from tumble.compare.run.engines.examine import Examined, examined
 from tumble.compare.run.engines.registry import BadEngine
-from tumble.compare.run.running_engines import known_contestant, launched
+from tumble.compare.run.running_engines import launched
 from tumble.compare.run.status import Failure
 from tumble.compare.tables.engines import engine_row
 from tumble.compare.tables.files import write_together

@@ -4,7 +4,7 @@ from argparse import Namespace
 from importlib import import_module
 from pathlib import Path
 
-from tumble.compare.run.shards import merging
+from tumble.compare.run.shards.merging import merging
 from tumble.shares import merged_options, with_parquet
 
 

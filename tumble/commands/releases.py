@@ -7,9 +7,9 @@ from pathlib import Path
 
 from tumble.compare.releases.ledger import SCENES
 from tumble.compare.releases.study import Releases, compare_releases
+from tumble.compare.run.asked import known_contestant
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.registry import BadEngine
-from tumble.compare.run.running_engines import known_contestant
 from tumble.finished import exit_code
 from tumble.notes import display, note
 from tumble.reports.releases import ledger_markdown, ledger_text

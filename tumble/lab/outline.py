@@ -1,6 +1,7 @@
 """What is drawn of a body: the triangles of its surface and the edges between those that do not lie in one plane.
 
-Of a ball, whose points are the ends of its axes, it is a mesh with the three great circles through them.
+Of a ball, whose points are the ends of its axes, it is a mesh with the three great circles through them; of a disc its
+rims, with a cross on each face.
 """
 
 from itertools import combinations
@@ -14,6 +15,7 @@ from tumble.scenarios.scene import Body
 
 FLAT = 1e-9  # the sine of the angle between two triangles that are one face
 HALVINGS = 3  # of an octahedron's edges, for a ball
+SIDES = 48  # of a disc's rims
 
 
 class Outline(NamedTuple):
@@ -29,7 +31,9 @@ class Outline(NamedTuple):
     @classmethod
     def of(cls, body: Body) -> Self:
         """Return the outline of a body."""
-        return cls(faces(body), edges(body)) if body.radius is None else cls(*ball(body))
+        if body.radius is not None:
+            return cls(*ball(body))
+        return cls(faces(body), edges(body)) if body.disc is None else cls(*round_disc(body))
 
     def points(self, points: Array) -> Array:
         """Return the points drawn of a body's points, (n, 3)."""
@@ -51,9 +55,35 @@ def ball(body: Body) -> tuple[np.ndarray, np.ndarray, Array]:
     sides = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
     circles = sides[(ends[sides] == 0).all(axis=1).any(axis=1)]
     places = body.reach * ends / np.linalg.norm(ends, axis=1, keepdims=True)
-    # An affine map of the body's points, so that it goes with them wherever they are.
-    with_ones = [np.column_stack([each, np.ones(len(each))]) for each in (places, body.points)]
-    return triangles, circles, with_ones[0] @ np.linalg.pinv(with_ones[1])
+    return triangles, circles, weights_of(places, body.points)
+
+
+def round_disc(body: Body) -> tuple[np.ndarray, np.ndarray, Array]:
+    """Return triangles, edges and weights of a disc: two rims, their middles, and a cross on each face."""
+    assert body.disc is not None
+    angles = 2 * np.pi * np.arange(SIDES) / SIDES
+    circle = body.disc.radius * np.column_stack((np.cos(angles), np.sin(angles)))
+    rims = [np.column_stack((circle, np.full(SIDES, side * body.disc.thickness / 2))) for side in (-1, 1)]
+    middles = np.array([(0.0, 0.0, side * body.disc.thickness / 2) for side in (-1, 1)])
+    here, low, high = np.arange(SIDES), 2 * SIDES, 2 * SIDES + 1
+    there = np.roll(here, -1)
+    triangles = [
+        np.column_stack((there, here, np.full(SIDES, low))),
+        np.column_stack((here + SIDES, there + SIDES, np.full(SIDES, high))),
+        np.column_stack((here, there, there + SIDES)),
+        np.column_stack((here, there + SIDES, here + SIDES)),
+    ]
+    quarters = SIDES // 4 * np.arange(4)
+    cross = [np.column_stack((quarters + base, np.full(4, middle))) for base, middle in ((0, low), (SIDES, high))]
+    lines = np.concatenate([np.column_stack((here, there)), np.column_stack((here, there)) + SIDES, *cross])
+    return np.concatenate(triangles), lines, weights_of(np.concatenate((*rims, middles)), body.points)
+
+
+def weights_of(places: Array, points: Array) -> Array:
+    """Return the weights, (k, n), of points, (n, 3), in each place, (k, 3): an affine map, which goes with the body."""
+    with_ones = [np.column_stack([each, np.ones(len(each))]) for each in (places, points)]
+    found: Array = with_ones[0] @ np.linalg.pinv(with_ones[1])
+    return found
 
 
 def faces(body: Body) -> np.ndarray:

@@ -19,10 +19,11 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from typing import Self
 
+from tumble.compare.run.asked import chosen, titles, wanted
 from tumble.compare.run.engines.environments import located
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo, is_file, names
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.run.running_engines import AS_ASKED, DEFAULT, RunningEngine, chosen, launched, titles, wanted
+from tumble.compare.run.running_engines import AS_ASKED, DEFAULT, RunningEngine, launched
 from tumble.compare.run.status import Failure, Status
 from tumble.lab.background import Workers
 from tumble.scenarios.scene import Scene

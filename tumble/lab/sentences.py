@@ -25,7 +25,7 @@ def sentence(
         return "Click the body to apply another impulse at this time."
     if throw is None:
         body = session.draft.scene.body
-        if not len(body.faces) and body.radius is None:
+        if not body.has_surface:
             return f"This body has no surface to click: press {OWN_THROW}."
         own = f" Or press {OWN_THROW}." if session.draft.brings_a_throw else ""
         return f"Click the body to throw it.{own}"

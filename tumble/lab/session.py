@@ -135,7 +135,7 @@ class Session:
         """
         shown, body = self.shown(), self.draft.scene.body
         is_over = self.thrown is not None and not self.aiming
-        if not len(body.faces) and body.radius is None:
+        if not body.has_surface:
             raise Refused(f"This body has no surface to click: press {OWN_THROW}.")
         try:
             hit_point(origin, direction, shown.state, body)

@@ -12,14 +12,20 @@ const [first, second] = [new ammo.btVector3(), new ammo.btVector3()];
 const [pose, turn] = [new ammo.btTransform(), new ammo.btQuaternion(0, 0, 0, 1)];
 const set = (vector, [x, y, z]) => (vector.setValue(x, y, z), vector);
 
-// What touches the plane: a box, a sphere, or the convex hull of the points.  The margin, of 4 cm unless told otherwise,
-// lies inside of a box and a sphere and outside of a hull.
+// What touches the plane: a box, a sphere, a cylinder, or the convex hull of the points.  The margin, of 4 cm unless told
+// otherwise, lies inside of all of them but a hull, and outside of that.
 function shapeOf({ shape, points }, manner) {
   if (!shape) return new ammo.btSphereShape(1);
-  if (shape.kind === "sphere") return new ammo.btSphereShape(shape.radius);
-  const made = shape.kind === "box" ? new ammo.btBoxShape(set(first, scaled(1 / 2, shape.size))) : new ammo.btConvexHullShape();
-  if (shape.kind === "hull") points.forEach((point) => made.addPoint(set(first, point), true));
-  if (manner !== "defaults") made.setMargin(shape.kind === "box" ? Math.min(...shape.size) / 20 : 0);
+  const { kind, size, radius, thickness } = shape;
+  if (kind === "sphere") return new ammo.btSphereShape(radius);
+  const makers = {
+    box: () => new ammo.btBoxShape(set(first, scaled(1 / 2, size))),
+    disc: () => new ammo.btCylinderShapeZ(set(first, [radius, radius, thickness / 2])),
+    hull: () => new ammo.btConvexHullShape(),
+  };
+  const made = makers[kind]();
+  if (kind === "hull") points.forEach((point) => made.addPoint(set(first, point), true));
+  if (manner !== "defaults") made.setMargin(kind === "hull" ? 0 : Math.min(...(size ?? [thickness])) / 20);
   return made;
 }
 

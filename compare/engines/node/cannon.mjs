@@ -1,9 +1,10 @@
 // cannon-es.  Without a plane a body has no shape; damping, 0.01 of v and w unless told otherwise, is off.
 import { installed, serve } from "./contestant.mjs";
 
-const { Body, Box, ContactMaterial, Material, Plane, Sphere, Vec3, World } = await installed("cannon-es/dist/cannon-es.js");
+const { Body, Box, ContactMaterial, Cylinder, Material, Plane, Quaternion, Sphere, Vec3, World } = await installed("cannon-es/dist/cannon-es.js");
 
 const THROWN = 1, GROUND = 2; // of collision groups and masks
+const SIDES = 64; // of the prism that stands for a disc, of 8 unless told otherwise
 // Of its solver, where there is a plane: how many iterations at most, of 10 unless told otherwise, and at what change of
 // the impulses it is done [N s a kg].
 const ITERATIONS = 100, TOLERANCE = 1e-9;
@@ -16,10 +17,11 @@ const hard = (mass) => ({
   frictionEquationStiffness: STIFFNESS * mass, frictionEquationRelaxation: RELAXATION,
 });
 
-// What touches the plane.
-function shapeOf(shape) {
-  if (shape.kind === "sphere") return new Sphere(shape.radius);
-  return new Box(new Vec3(...shape.size.map((edge) => edge / 2)));
+// What touches the plane, and how it is turned: a disc is a prism about y.
+function addShape(body, { kind, radius, size, thickness }) {
+  if (kind === "sphere") body.addShape(new Sphere(radius));
+  else if (kind === "box") body.addShape(new Box(new Vec3(...size.map((edge) => edge / 2))));
+  else body.addShape(new Cylinder(radius, radius, thickness, SIDES), new Vec3(), new Quaternion(Math.SQRT1_2, 0, 0, Math.SQRT1_2));
 }
 
 // The plane, whose normal is its z axis, with the pair's coefficients; as it ships two materials are multiplied.
@@ -46,7 +48,7 @@ await serve({
       const world = worlds[plane ? row : 0];
       const body = new Body(manner === "defaults" ? { mass } : { mass, linearDamping: 0, angularDamping: 0 });
       if (plane) {
-        body.addShape(shapeOf(shape));
+        addShape(body, shape);
         body.material = addPlane(world, told, manner);
         [body.collisionFilterGroup, body.collisionFilterMask] = [THROWN, GROUND];
       }

@@ -17,6 +17,7 @@ export async function serve(engine) {
     build(question) {
       [told, manner] = [question, question.method.split("+")[1] ?? ""];
       if (forced() && !manner) return { skipped: `it has none of these laws; ${told.method}+held is given their force once a step` };
+      if (told.shape?.kind === "disc" && !told.shape.thickness) return { skipped: "it has no disc without thickness" };
       if (engine.cannot?.(told)) return { skipped: engine.cannot(told) };
       [world, flown] = [make(), 0];
     },

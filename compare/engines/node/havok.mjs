@@ -22,10 +22,14 @@ function made([result, value]) {
   return value;
 }
 
-// A body's shape: a box, a sphere, or the convex hull of the points.
+// A body's shape: a box, a sphere, a cylinder, or the convex hull of the points.
 function shapeOf({ shape, points }) {
   if (shape?.kind === "sphere") return made(hk.HP_Shape_CreateSphere(ORIGIN, shape.radius));
   if (shape?.kind === "box") return made(hk.HP_Shape_CreateBox(ORIGIN, IDENTITY, shape.size));
+  if (shape?.kind === "disc") {
+    const half = shape.thickness / 2;
+    return made(hk.HP_Shape_CreateCylinder([0, 0, -half], [0, 0, half], shape.radius));
+  }
   const at = hk._malloc(12 * points.length);
   new Float32Array(hk.HEAPU8.buffer, at, 3 * points.length).set(points.flat());
   const hull = made(hk.HP_Shape_CreateConvexHull(at, points.length));

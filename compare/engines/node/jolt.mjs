@@ -30,10 +30,16 @@ function settings(throws) {
   return made;
 }
 
-// What touches the plane: a box, a sphere, or the convex hull of the points; none is rounded.  A hull's centre of mass is
+// What touches the plane: a box, a sphere, a cylinder, or the convex hull of the points; none is rounded.  A hull's centre of mass is
 // its own: it is moved to the body's.
 function shapeOf({ shape, points }) {
   if (shape?.kind === "sphere") return new jolt.SphereShape(shape.radius);
+  if (shape?.kind === "disc") {
+    first.Set(0, 0, 0);
+    rotation.Set(Math.SQRT1_2, 0, 0, Math.SQRT1_2); // its axis is y
+    const disc = new jolt.CylinderShapeSettings(shape.thickness / 2, shape.radius, 0);
+    return new jolt.RotatedTranslatedShapeSettings(first, rotation, disc).Create().Get();
+  }
   if (shape?.kind === "hull") {
     const hull = new jolt.ConvexHullShapeSettings();
     hull.mMaxConvexRadius = 0;
@@ -72,6 +78,7 @@ function addPlane(system, { plane, points }, manner) {
 function body(mass, moments, told, manner) {
   const shape = shapeOf(told);
   position.Set(0, 0, 0);
+  rotation.Set(0, 0, 0, 1);
   const made = new jolt.BodyCreationSettings(shape, position, rotation, jolt.EMotionType_Dynamic, LAYER);
   made.mOverrideMassProperties = jolt.EOverrideMassProperties_MassAndInertiaProvided;
   made.mMassPropertiesOverride.mMass = mass;

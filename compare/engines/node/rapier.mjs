@@ -13,10 +13,14 @@ const ORIGIN = vector([0, 0, 0]), IDENTITY = { x: 0, y: 0, z: 0, w: 1 };
 
 const GROUND = 0x00010002, THROWN = 0x00020001; // groups: what it is, and what it touches
 
-// What touches the plane: a box, a sphere, or the convex hull of the points.
+// What touches the plane: a box, a sphere, a cylinder, or the convex hull of the points.
 function shapeOf({ shape, points }) {
   if (shape.kind === "sphere") return rapier.ColliderDesc.ball(shape.radius);
   if (shape.kind === "box") return rapier.ColliderDesc.cuboid(...shape.size.map((edge) => edge / 2));
+  if (shape.kind === "disc") {
+    const disc = rapier.ColliderDesc.cylinder(shape.thickness / 2, shape.radius); // its axis is y
+    return disc.setRotation({ x: Math.SQRT1_2, y: 0, z: 0, w: Math.SQRT1_2 });
+  }
   return rapier.ColliderDesc.convexHull(new Float32Array(points.flat()));
 }
 

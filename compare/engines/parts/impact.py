@@ -1,6 +1,7 @@
 """How long and how fast an impact of a scene is, for engines whose contact is a spring and a damper."""
 
 import math
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,6 +41,7 @@ def approach_speed(scene: "Scene") -> float:
     return math.sqrt(max(0.0, falls * abs(falls) + 2 * pressing * max(height, 0.0)))
 
 
+@cache
 def damping_ratio(restitution: float) -> float:
     """Return the damping ratio of a spring and damper, which only push, with that restitution, above 0."""
     low, high = 0.0, 1.0

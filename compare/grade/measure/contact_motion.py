@@ -13,9 +13,10 @@ import numpy as np
 
 from tumble.compare.grade.measure.conserved import poses_of
 from tumble.compare.grade.measure.errors import Measured, half_digits
-from tumble.compare.grade.model.contact_law import Approach, after_impacts, free_rotation, right_law
+from tumble.compare.grade.model.contact_law import UP, Approach, after_impacts, free_rotation, lowest_of, right_law
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix, turned_by
+from tumble.scenarios.lowest import lowest
 from tumble.scenarios.scene import Scene, frozen_array
 from tumble.solver.contact.flight import axes_of
 from tumble.solver.quaternion import from_matrix
@@ -191,20 +192,13 @@ def rows_of(trajectory: Trajectory, scene: Scene, measured: Measured) -> Rows:
     q = from_world(axes, pose[:, 3:7])
     half = half + measured.single * SINGLE * float(np.abs(pose[:, 0:3]).max() + scene.body.reach)
     half_turn = float(np.median(half)) / scene.body.reach
-    return Rows(time, x, q, half, half_turn, x[:, 2] + lowest(rotation_matrix(q), scene))
+    return Rows(time, x, q, half, half_turn, x[:, 2] + lowest(scene.body, q, UP))
 
 
 def from_world(axes: Array, q: Array) -> Array:
     """Return attitudes in the plane's frame, normalised, (n, 4)."""
     unit = q / np.linalg.norm(q, axis=1)[:, None]
     return quaternion_product(np.broadcast_to(from_matrix(axes[None])[0], unit.shape), unit)
-
-
-def lowest(axes: Array, scene: Scene) -> Array:
-    """Return the height of the lowest point over that of the centre [m], (n,); axes: (n, 3, 3)."""
-    if scene.body.radius:
-        return np.full(len(axes), -scene.body.radius)
-    return (axes[:, 2, :] @ scene.body.points.T).min(axis=1)
 
 
 def flights_of(rows: Rows, pull: Array) -> Iterator[Flight]:
@@ -438,9 +432,15 @@ def met_surface(rows: Rows, scene: Scene, pull: Array, flight: Flight, begin: fl
 
 def lowest_point(axes: Array, scene: Scene) -> tuple[Array, float]:
     """Return the lever of the lowest point [m], (3,), and how much the next one is above it [m]."""
-    if scene.body.radius:
-        return np.array((0.0, 0.0, -scene.body.radius)), np.inf
-    levers = scene.body.points @ axes.T
+    body = scene.body
+    if body.radius:
+        return np.array((0.0, 0.0, -body.radius)), np.inf
+    if body.disc is not None:
+        # Of a disc that is nearly flat half the rim is near the plane; of one on its side, the other rim.
+        near = body.disc.radius * float(np.hypot(*axes[2, :2]))
+        other = body.disc.thickness * abs(float(axes[2, 2])) if body.disc.thickness else np.inf
+        return lowest_of(body, axes), min(near, other)
+    levers = body.points @ axes.T
     order = np.argsort(levers[:, 2])
     return levers[order[0]], float(levers[order[1], 2] - levers[order[0], 2]) if len(order) > 1 else np.inf
 
@@ -470,7 +470,8 @@ def lasting_of(
     steady[1:] |= steady[:-1]
     near = np.abs(rows.low) <= 0.1 * scene.body.reach
     up = rotation_matrix(rows.q)[:, 2, :]
-    tilt = np.ones(len(up), dtype=bool) if scene.body.radius else (np.abs(up).max(axis=1) > 1 - 1e-4)
+    faces = up[:, 2:] if scene.body.disc is not None else up
+    tilt = np.ones(len(up), dtype=bool) if scene.body.radius else (np.abs(faces).max(axis=1) > 1 - 1e-4)
     start = axes_of(scene.plane.normal)
     usable = np.flatnonzero(~taken & (steady & near | lies) & tilt)
     for run in np.split(usable, np.flatnonzero(np.diff(usable) > 1) + 1):

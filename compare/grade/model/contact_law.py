@@ -10,6 +10,7 @@ import numpy as np
 from tumble.compare.grade.model.kernel.coasting import coast
 from tumble.compare.grade.model.kernel.sliding import ROUND, impulse_of, slide_along
 from tumble.scenarios.frames import Array, cross_matrix, rotation_matrix
+from tumble.scenarios.lowest import lowest, lowest_point
 from tumble.scenarios.scene import Body, Plane, Scene
 from tumble.solver.body import Body as SolverBody
 from tumble.solver.contact.flight import ContactFlight
@@ -21,6 +22,7 @@ INSTANT, WHOLE, AFTER = "instant", "whole", "after"
 # Sweeps of Gauss-Seidel over the normal and the friction of a whole impulse; steps of a motion along the plane.
 SWEEPS, STEPS = 500, 8000
 NORMAL = (0.0, 0.0, 1.0)
+UP = np.array(NORMAL)
 # Impacts between two rows that are followed, at most; times at once, and how often they are divided, to find the next
 # one; a corner is below the plane from this share of the body's reach on.
 MOST_IMPACTS, LOOKS, DIVIDED, BELOW = 4, 16, 5, 1e-9
@@ -145,9 +147,14 @@ def after_impacts(
             return v - took * pull, free_rotation(body.moments, q, w, np.array([-took]))[1][0], count
         turned, spins = free_rotation(body.moments, q, w, np.array([met]))
         took, v, w, axes = took + met, v + met * pull, spins[0], rotation_matrix(turned)[0]
-        levers = body.points @ axes.T
-        lever = levers[int(np.argmin(levers[:, 2]))]
+        lever = lowest_of(body, axes)
     return None
+
+
+def lowest_of(body: Body, axes: Array) -> Array:
+    """Return the lever of the lowest point of a body [m], (3,); axes: the body's, (3, 3)."""
+    lever: Array = lowest_point(body, from_matrix(axes[None]), UP)[0]
+    return lever
 
 
 def _next_touch(body: Body, state: tuple[Array, Array, Array, float], pull: Array, span: float) -> float | None:
@@ -159,9 +166,8 @@ def _next_touch(body: Body, state: tuple[Array, Array, Array, float], pull: Arra
     low, high = 0.0, span
     for _ in range(DIVIDED):
         times = np.linspace(low, high, LOOKS + 1)[1:]
-        axes = rotation_matrix(free_rotation(body.moments, q, w, times)[0])
-        lowest = (axes[:, 2, :] @ body.points.T).min(axis=1)
-        below = np.flatnonzero(height + times * v[2] + times**2 / 2 * pull[2] + lowest < -BELOW * body.reach)
+        low_points = lowest(body, free_rotation(body.moments, q, w, times)[0], UP)
+        below = np.flatnonzero(height + times * v[2] + times**2 / 2 * pull[2] + low_points < -BELOW * body.reach)
         if not len(below):
             return None
         high = float(times[below[0]])

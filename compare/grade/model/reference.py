@@ -77,7 +77,13 @@ class Reference:
         plane = scene.plane
         assert plane is not None
         above = Plane(
-            plane.point, plane.normal, plane.restitution, plane.friction, scene.body.points, scene.body.radius or 0.0
+            plane.point,
+            plane.normal,
+            plane.restitution,
+            plane.friction,
+            scene.body.points,
+            scene.body.radius or 0.0,
+            scene.body.disc and (scene.body.disc.radius, scene.body.disc.thickness),
         )
         flight = ContactFlight(self._body, "events", scene.gravity, above)
         flight.write(scene.start[throw : throw + 1])

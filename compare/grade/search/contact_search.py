@@ -27,6 +27,7 @@ from tumble.compare.grade.model.contact_law import (
     after_impact,
     after_impacts,
     free_rotation,
+    lowest_of,
     right_law,
     slide,
 )
@@ -265,8 +266,7 @@ class ContactSearch:
             q = from_matrix(at.axes[None])[0]
             turned, w = (each[0] for each in free_rotation(body.moments, q, at.w, np.array([self.step])))
             axes = rotation_matrix(turned[None])[0]
-            levers = body.points @ axes.T
-            late = Approach(at.v + self.step * pull, w, axes, levers[int(np.argmin(levers[:, 2]))], 0.0)
+            late = Approach(at.v + self.step * pull, w, axes, lowest_of(body, axes), 0.0)
             found = after_impacts(body, late, self.right, pull, max(0.0, one.chain - self.step))
             v, w = self.after(one, self.right)
             self._spreads[one] = (

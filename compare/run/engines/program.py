@@ -241,12 +241,6 @@ def stated_in(path: Path) -> dict[str, Any]:
     return stated
 
 
-def files(path: Path) -> list[Path]:
-    """Return the file of a program and those beside it that its command names: what it does depends on them."""
-    named = (path.resolve().parent / word for word in stated_in(path)["command"])
-    return [path, *(file for file in named if file.is_file())]
-
-
 def numbers_of(scene: Scene) -> dict[str, Any]:
     """Return a scene as plain numbers for a program, SI, without the parts that the scene lacks."""
     body = scene.body
@@ -290,9 +284,11 @@ def numbers_of(scene: Scene) -> dict[str, Any]:
 
 
 def shape_of(body: Body) -> dict[str, Any]:
-    """Return what touches a plane, in body axes [m]: a box, a sphere, or the convex hull of the points."""
+    """Return what touches a plane, in body axes [m]: a box, a sphere, a disc, or the convex hull of the points."""
     if body.size is not None:
         return {"kind": "box", "size": body.size.tolist()}
+    if body.disc is not None:
+        return {"kind": "disc", "radius": body.disc.radius, "thickness": body.disc.thickness}
     return {"kind": "hull"} if body.radius is None else {"kind": "sphere", "radius": body.radius}
 
 

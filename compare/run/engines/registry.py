@@ -251,11 +251,6 @@ def load_program(path: str) -> ModuleType:
         raise BadEngine(f"{path}: {' '.join(str(error).split())}") from error
 
 
-def files(engine: str) -> list[Path]:
-    """Return what a user's own engine lies in: its file, and what a program's command names beside it."""
-    return program.files(Path(engine)) if engine.endswith(".toml") else [Path(engine)]
-
-
 class FromSource(SourceFileLoader):
     """Loads a file from its source: bytecode cannot tell edits within a second apart that leave its size."""
 

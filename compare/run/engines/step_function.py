@@ -3,7 +3,7 @@
 state: x [m], q (w x y z), v [m/s], w [rad/s], (13,), in world axes; it returns the state dt [s] later, or changes the
 one it was given.  body has mass [kg], moments [kg m2] about its principal axes, which are the body axes, points [m],
 (n, 3), gravity [m/s2], (3,), which is not zero only where the file says FEATURES = {"gravity"}, and, where it says
-"plane", the scene's plane (point, normal, restitution, friction) and the body's size or radius [m]; else None.
+"plane", the scene's plane (point, normal, restitution, friction) and the body's size, radius or disc [m]; else None.
 """
 
 from collections.abc import Callable
@@ -46,7 +46,8 @@ class StepEngine(ModuleType):
         """Return a world of the scene's body."""
         gravity = np.zeros(3) if scene.gravity is None else np.array(scene.gravity)
         about = {"moments": np.array(scene.body.moments), "points": np.array(scene.body.points), "gravity": gravity}
-        touching = {"plane": scene.plane, "size": scene.body.size, "radius": scene.body.radius}
+        body = scene.body
+        touching = {"plane": scene.plane, "size": body.size, "radius": body.radius, "disc": body.disc}
         return World(SimpleNamespace(mass=scene.body.mass, **about, **touching))
 
     def write(self, world: World, states: Array) -> None:

@@ -10,8 +10,10 @@ import json
 import re
 import struct
 import types
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from enum import StrEnum
+from functools import cache
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -69,10 +71,15 @@ def split(frames: bytes) -> tuple[bytes, bytes]:
     return frames[PREFIX.size : PREFIX.size + head], frames[PREFIX.size + head :]
 
 
+def unframed(hint: Any, data: bytes) -> Any:
+    """Return the value of one whole frame as the type of that hint.  Raises Malformed."""
+    return unpacked(hint, *split(data))
+
+
 def unpacked(hint: Any, head: bytes, body: bytes | bytearray) -> Any:
     """Return the value of a frame as the type of that hint; its arrays lie in body.  Raises Malformed."""
     try:
-        return _built(hint, json.loads(head), memoryview(body))
+        return _build(hint)(json.loads(head), memoryview(body))
     except Malformed:
         raise
     except (ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
@@ -103,62 +110,121 @@ def _plain(value: object, arrays: list[np.ndarray]) -> object:
     raise TypeError(f"a {type(value).__name__} is no plain value")
 
 
-def _built(hint: Any, plain: Any, body: memoryview) -> Any:
+Build = Callable[[Any, memoryview], Any]
+
+
+def _build(hint: Any) -> Build:
+    """Return what makes a value of that type of what stands in a head, and of a body."""
     hint = unaliased(hint)
+    # Unions are equal in any order of their types, which are tried in theirs.
+    return _as_one_of(get_args(hint)) if get_origin(hint) in (Union, types.UnionType) else _as(hint)
+
+
+@cache
+def _as(hint: Any) -> Build:
     origin, arguments = get_origin(hint), get_args(hint)
-    if origin in (Union, types.UnionType):
-        return _built_as_one(arguments, plain, body)
     if hint is np.ndarray or origin is np.ndarray:
-        return _array(plain, body)
+        return _array
     if is_dataclass(hint):
-        hints = get_type_hints(hint)
-        names = [field.name for field in fields(hint)]
-        if not isinstance(plain, dict) or set(plain) != set(names):
-            raise Malformed(f"what it sent is no {name_of(hint)}")
-        return hint(**{name: _built_field(name, hints[name], plain[name], body) for name in names})  # type: ignore[operator]
-    if origin is dict and arguments[0] is not str:
-        return dict(_built(list[tuple[arguments]], plain or [], body))  # without a key, {} is a dict by text too
+        return _as_dataclass(hint)
     if origin is dict:
+        return _as_dict(*arguments)
+    if origin in (tuple, list, set, frozenset):
+        return _as_several(origin, arguments)
+    if isinstance(hint, type) and issubclass(hint, StrEnum):
+        return _as_member(hint)
+    return _as_plain(hint)
+
+
+def _as_plain(hint: Any) -> Build:
+    kind, takes_whole = type(None) if hint is None else hint, hint is float
+
+    def build(plain: Any, body: memoryview) -> Any:
+        if type(plain) is kind:
+            return plain
+        if takes_whole and type(plain) is int:
+            return float(plain)
+        raise Malformed(f"what it sent has a {type(plain).__name__} where a {name_of(hint)} belongs")
+
+    return build
+
+
+def _as_member(kind: type[StrEnum]) -> Build:
+    def build(plain: Any, body: memoryview) -> Any:
+        if type(plain) is not str or plain not in {*kind}:
+            raise Malformed(f"what it sent has no {name_of(kind)} where one belongs")
+        return kind(plain)
+
+    return build
+
+
+def _as_dataclass(kind: Any) -> Build:
+    hints = get_type_hints(kind)
+    builds = {field.name: _build(hints[field.name]) for field in fields(kind)}
+
+    def build(plain: Any, body: memoryview) -> Any:
+        if not isinstance(plain, dict) or plain.keys() != builds.keys():
+            raise Malformed(f"what it sent is no {name_of(kind)}")
+        values = {}
+        for name, of_field in builds.items():
+            try:
+                values[name] = of_field(plain[name], body)
+            except Malformed as error:
+                raise error.within(name) from None
+        return kind(**values)
+
+    return build
+
+
+def _as_dict(of_key: Any, of_value: Any) -> Build:
+    if of_key is not str:
+        pairs = _build(list[tuple[of_key, of_value]])
+        return lambda plain, body: dict(pairs(plain or [], body))  # without a key, {} is a dict by text too
+    value = _build(of_value)
+
+    def build(plain: Any, body: memoryview) -> Any:
         if not isinstance(plain, dict):
             raise Malformed(f"what it sent has a {type(plain).__name__} where names and values belong")
-        return {name: _built(arguments[1], value, body) for name, value in plain.items()}
-    if origin in (tuple, list, set, frozenset):
+        return {name: value(one, body) for name, one in plain.items()}
+
+    return build
+
+
+def _as_several(kind: Any, arguments: tuple[Any, ...]) -> Build:
+    """Of tuple[A, B], or of tuple[A, ...], list[A] or a set of A."""
+    repeated = kind is not tuple or arguments[-1:] == (...,)
+    of_each = [_build(item) for item in (arguments[:1] if repeated else arguments)]
+
+    def build(plain: Any, body: memoryview) -> Any:
         if not isinstance(plain, list):
             raise Malformed(f"what it sent has a {type(plain).__name__} where a list belongs")
-        return origin(_built(item, value, body) for item, value in zip(_of_each(hint, plain), plain, strict=True))
-    if isinstance(hint, type) and issubclass(hint, StrEnum):
-        if type(plain) is not str or plain not in {*hint}:
-            raise Malformed(f"what it sent has no {name_of(hint)} where one belongs")
-        return hint(plain)
-    if hint is float and type(plain) is int:
-        return float(plain)
-    if type(plain) is not (type(None) if hint is None else hint):
-        raise Malformed(f"what it sent has a {type(plain).__name__} where a {name_of(hint)} belongs")
-    return plain
+        builds = of_each * len(plain) if repeated else of_each
+        return kind(one(item, body) for one, item in zip(builds, plain, strict=True))
+
+    return build
 
 
-def _built_field(name: str, hint: Any, plain: Any, body: memoryview) -> Any:
-    try:
-        return _built(hint, plain, body)
-    except Malformed as error:
-        raise error.within(name) from None
-
-
-def _built_as_one(hints: tuple[Any, ...], plain: Any, body: memoryview) -> Any:
-    """Return the value as the first of these types that it can be.
+@cache
+def _as_one_of(hints: tuple[Any, ...]) -> Build:
+    """Of the first of these types that it can be.
 
     Raises Malformed with the reason of the type that it comes nearest to: whose fields it has.
     """
-    reasons = []
-    for hint in hints:
-        try:
-            return _built(hint, plain, body)
-        except Malformed as error:
-            # A traceback would hold this frame, which holds the reasons: the arrays would stay until the next
-            # collection of cycles.
-            reasons.append(error.with_traceback(None))
-    nearest = max(reasons, key=lambda error: error.depth)
-    raise nearest if nearest.depth else Malformed(f"what it sent is no {' or '.join(map(name_of, hints))}")
+    builds = [_build(hint) for hint in hints]
+
+    def build(plain: Any, body: memoryview) -> Any:
+        reasons = []
+        for one in builds:
+            try:
+                return one(plain, body)
+            except Malformed as error:
+                # A traceback would hold this frame, which holds the reasons: the arrays would stay until the next
+                # collection of cycles.
+                reasons.append(error.with_traceback(None))
+        nearest = max(reasons, key=lambda error: error.depth)
+        raise nearest if nearest.depth else Malformed(f"what it sent is no {' or '.join(map(name_of, hints))}")
+
+    return build
 
 
 def unaliased(hint: Any) -> Any:
@@ -170,13 +236,6 @@ def unaliased(hint: Any) -> Any:
         arguments = get_args(hint)
         hint = alias.__value__[arguments] if arguments else alias.__value__
     return hint
-
-
-def _of_each(hint: Any, plain: list) -> list[Any]:
-    """Return the type of each item of a list, by the hint tuple[A, B], tuple[A, ...], list[A] or a set of A."""
-    arguments = get_args(hint)
-    repeated = get_origin(hint) is not tuple or arguments[-1:] == (...,)
-    return [arguments[0]] * len(plain) if repeated else list(arguments)
 
 
 def _array(plain: Any, body: memoryview) -> np.ndarray:

@@ -15,8 +15,8 @@ FREQUENCIES = Path("/sys/devices/system/cpu")
 log = logging.getLogger(__name__)
 # What was seen, once a process.
 seen: list[str] = []
-# Where a quiet worker took the times of a scene, and the load there, once a study.
-measured: dict[str, str] = {}
+# Where a quiet worker took the times of a scene, and the load there, each time it did so in a study.
+measured: dict[str, list[str]] = {}
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from tumble.compare.run.timing.timer import Sample
 from tumble.scenarios.frames import Array
 
 SPAN_S, BUDGET_S = 3.0, 12.0
-ROUNDS = 24
+ROUNDS = 12
 # More of a sample than that in `read`, or on another clock, is no chance.
 DISAGREE = 0.1
 CLOCKS = ("thread CPU", "process CPU", "wall")

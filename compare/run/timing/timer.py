@@ -1,9 +1,9 @@
 """The only file that reads a clock: what a contestant's native loop takes, so that it can be believed.
 
-A sample is 1 to 2 ms of a contestant's own loop, with nothing between two readings but calls of `advance`, and after it
-a `read`, which waits for what `advance` has only begun; building, compiling and writing states are outside.  Before it
-the loop has run for a while, so that no sample pays for caches that others have filled meanwhile.  Three clocks are
-read; `tumble.compare.run.timing.readings` says which of them is right.
+A sample is little more than 1 ms of a contestant's own loop, with nothing between two readings but calls of `advance`,
+and after it a `read`, which waits for what `advance` has only begun; building, compiling and writing states are
+outside.  Before it the loop has run for a while, so that no sample pays for caches that others have filled meanwhile.
+Three clocks are read; `tumble.compare.run.timing.readings` says which of them is right.
 """
 
 import os
@@ -31,10 +31,14 @@ AGAIN = 2
 CALLS = 20
 # What a first `read` takes longer than a second one by chance [s].
 LEFT_S = 20e-6
-# A load this long has warm caches by itself [ns].
+# A load is made as long as a sample and a little longer, for no look at it is exact.
+SPARE = 1.1
+# What a call costs is nothing beside a load this long, which is not looked at often for it [ns].
 LONG_NS = 1e7
+# Caches that others have filled cost up to 50 us: before a load shorter than this [ns], a part of it is run.
+WARM_NS, WARM_PART = 3e6, 8
 # Twice the steps take twice the time; a loop that takes less than this has done something else.
-GROWTH, LOOKS = 1.5, 5
+GROWTH, LOOKS = 1.5, 3
 # Untimed steps are made in calls of so many, twice as many, ...: as short as a flight's, and as long as a lap's.
 FIRST_CALL, OTHER_CALL = 1, 3
 # An engine that does not repeat its bits may be so many times as far from its untimed steps as so many runs of those
@@ -127,18 +131,17 @@ class Timer:
         build_s = timed(self._prepare)
         first = self._lap().ns
         self._alone = self._lap().ns
-        # What a call costs is nothing beside a long loop, which need not be looked at often for it.
         looks_alone = min(CALLS, int(LONG_NS / max(self._alone, 1.0)))
         self._alone = min([self._alone, *(self._lap().ns for _ in range(looks_alone))])
         while (took := min(self._lap().ns for _ in range(looks))) < sample_ns and self._load < most:
             # A call has its own cost, so that a short load looks longer than it is: what is missing is asked for again.
-            self._load = min(most, max(2 * self._load, round(self._load * sample_ns / max(took, 1))))
+            self._load = min(most, max(self._load + 1, round(SPARE * self._load * sample_ns / max(took, 1))))
             if not pace.by_step:
                 self._prepare()
                 self._lap()
-        self._warm = took < LONG_NS
         if pace.by_step:
             self._refuse_no_time()
+        self._warm = took < WARM_NS
         self._expected = self._untimed(FIRST_CALL)
         call_ns = max(0.0, self._alone - self.sample().ns)
         own = engine.process(self._world) if hasattr(engine, "process") else None
@@ -231,8 +234,10 @@ class Timer:
         if self._warm:
             engine.write(world, self._start.copy())
             for n, dt in calls:
-                prepare(engine, world, dt)
-                advance(world, -(-n // 2), dt)
+                # A flight is not cut into steps: a shorter one.
+                part = (-(-n // WARM_PART), dt) if self._pace.by_step else (n, dt / WARM_PART)
+                prepare(engine, world, part[1])
+                advance(world, *part)
             engine.read(world)
         engine.write(world, self._start.copy())
         taken = flown = np.zeros(len(CLOCKS))
@@ -278,21 +283,39 @@ def idle(engine: ModuleType, world: object, calls: Sequence[tuple[int, float]]) 
     return np.min(looks, axis=0)
 
 
-def wall_of_steps(engine: ModuleType, world: object, n: int, dt: float) -> tuple[float, Any]:
-    """Make n steps of dt [s]; return their wall time [s], and the states read after them.
+class Steps:
+    """The steps of a run, and what they have taken so far: wall time and CPU time of the engine's native loops [s].
 
     What `advance` has left to be done when it is read counts; of a program, the way there and back does not.
     """
-    took = timed(engine.advance, world, n, dt)
-    begin = perf_counter()
-    states = engine.read(world)
-    first = perf_counter() - begin
-    if first > LEFT_S:
-        left = first - timed(engine.read, world)
-        took += left if left > LEFT_S else 0.0
-    if hasattr(engine, "reported_ns"):
-        took = max(0.0, took - idle(engine, world, [(n, dt)])[2] / 1e9)
-    return took, states
+
+    def __init__(self, engine: ModuleType, world: object) -> None:
+        self._engine, self._world, self._is_program = engine, world, hasattr(engine, "reported_ns")
+        self.wall_s, self._cpu_ns, self._children_ns = 0.0, 0, usage.children_ns()
+        self._read_s = 0.0  # what a read takes where nothing was left; 0 until it has taken long once
+
+    @property
+    def cpu_s(self) -> float:
+        """CPU time of the process and of its children that have ended."""
+        return (self._cpu_ns + usage.children_ns() - self._children_ns) / 1e9
+
+    def make(self, n: int, dt: float) -> Any:
+        """Make n steps of dt [s]; return the states read after them."""
+        engine, world = self._engine, self._world
+        cpu_ns = process_time_ns()
+        took = timed(engine.advance, world, n, dt)
+        begin = perf_counter()
+        states = engine.read(world)
+        first = perf_counter() - begin
+        if first > self._read_s + LEFT_S:
+            self._read_s = timed(engine.read, world)
+            left = first - self._read_s
+            took += left if left > LEFT_S else 0.0
+        if self._is_program:
+            took = max(0.0, took - idle(engine, world, [(n, dt)])[2] / 1e9)
+        self._cpu_ns += process_time_ns() - cpu_ns
+        self.wall_s += took
+        return states
 
 
 def prepare(engine: ModuleType, world: object, dt: float) -> None:

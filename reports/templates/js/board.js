@@ -24,13 +24,16 @@ function runTooltip(run, tolerance) {
   return lines;
 }
 
-/** The scenes in the order of the board: free flights first, then those with forces. */
+/** The scenes in the order of the board: free flights first, then those with forces, and those above a plane. */
 function boardScenes() {
-  const forced = (scene) => /tether|drag|floor/.test(scene.needs);
+  const forced = (scene) => /tether|drag|floor/.test(scene.needs), landing = (scene) => /plane/.test(scene.needs);
   const all = rows("scenes.csv");
-  const free = all.filter((scene) => !forced(scene));
   /** @type {[string, Tables["scenes.csv"][]][]} */
-  const groups = [["free flight", free], ["with forces", all.filter(forced)]];
+  const groups = [
+    ["free flight", all.filter((scene) => !forced(scene) && !landing(scene))],
+    ["with forces", all.filter(forced)],
+    ["above a plane", all.filter((scene) => landing(scene) && !forced(scene))],
+  ];
   return groups.filter(([, list]) => list.length);
 }
 

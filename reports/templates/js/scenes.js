@@ -125,7 +125,8 @@ function fillScene(body, scene, runs) {
         }),
       );
     }
-    polhode(small, film, ghosts);
+    // The ellipsoid is that of a body that no force turns.
+    if (!/plane/.test(scene.needs)) polhode(small, film, ghosts);
     for (const each of made) clock.followers.add(each.moveCursor);
   }
   ensembleFigure(body, name);

@@ -128,7 +128,9 @@ function drawBody(pen, film, points, view) {
 /** The outward normal, also of a face that was turned inside out. */
 function outwards(corners, centre) {
   const normal = normalOf(corners);
-  return dot(normal, minus(corners[0], centre)) < 0 ? normal.map((value) => -value) : normal;
+  const out = minus(corners[0], centre);
+  // A face through the middle, of a disc without thickness, looks as its corners go.
+  return dot(normal, out) < -1e-9 * Math.hypot(...out) ? normal.map((value) => -value) : normal;
 }
 
 function drawPips(pen, corners, count, dark) {

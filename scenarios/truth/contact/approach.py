@@ -7,13 +7,15 @@ Newton's steps give the instant with all digits; that there is one root, and whe
 same bound.
 """
 
+import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from tumble.scenarios.frames import Array
 from tumble.scenarios.truth.contact.impact import velocity_at
-from tumble.scenarios.truth.contact.setting import Setting
+from tumble.scenarios.truth.contact.setting import FLAT, Setting
 from tumble.scenarios.truth.flight import Arc, Pose
 from tumble.scenarios.truth.inertia import Numbers
 from tumble.scenarios.truth.rational import cross
@@ -21,6 +23,8 @@ from tumble.scenarios.truth.rational import cross
 # Of the body's size: the height at which Newton's steps take over, and for each radian turned, what doubles lose.
 NEAR, LOST_PER_RADIAN = 2.0**-36, 2.0**-48
 MOST_ADVANCES = 20_000
+# Of the time left: a step that is none.
+TINY = 1e-15
 # Kantorovich's h = |g| |g''| / g'^2 must be below 1/2; with this much less Newton's first step is nearly the last.
 TRANSVERSAL = 1 / 8
 
@@ -62,7 +66,8 @@ def meeting(setting: Setting, near: Setting, flight: Flight, pose: Pose, until: 
         time = _sphere_meets(setting, pose)
         return None if time is None or flight.since + time > until else Meeting((0,), flight.since + time)
     rough = in_doubles(near, pose)
-    found = _advance(near, rough, float(until - flight.since))
+    advance = _advance if setting.rim is None else _advance_disc
+    found = advance(near, rough, float(until - flight.since))
     if found is None:
         return None
     points, guess = found
@@ -134,6 +139,63 @@ def _advance(near: Setting, pose: Pose, until: float) -> tuple[list[int], float]
     raise NoContactFound("the search for the next contact takes too many steps")
 
 
+def _advance_disc(near: Setting, pose: Pose, until: float) -> tuple[list[int], float] | None:
+    """Return the rims of a disc that come as near as doubles can tell, and when; None if none before an instant.
+
+    The height of each point p of the body is h + p.n, in body axes, n' = n x w and |p.n''| <= 2 w^2 |p|: so none is
+    below h + h' t - g t^2 / 2 - a |P (n + n' t)| - b |z (n + n' t)| - w^2 |p| t^2, P across the axis, which is concave.
+    """
+    assert near.rim is not None
+    flight, (radius, half) = Flight(near, pose, 0.0), map(float, near.rim)
+    normal, reach, pull = near.normal.astype(float), float(near.reach), float(near.gravity @ near.normal)
+    moments, L = near.moments.astype(float), float(np.linalg.norm(near.momentum_body(pose).astype(float)))
+    fastest = L / moments.min()
+    time, leaving = 0.0, True
+    for _ in range(MOST_ADVANCES):
+        if time > until:
+            return None
+        now = flight.at(time)
+        axes, w = now.axes.astype(float), now.w_world.astype(float)
+        n, turns = normal @ axes, np.cross(normal, w) @ axes
+        height = float((now.x - near.point) @ near.normal)
+        close = reach * (NEAR + LOST_PER_RADIAN * (1 + fastest * time))
+        levers = near.levers(now)
+        gaps = height + (levers @ near.normal).astype(float)
+        rates = np.array([float(velocity_at(now, lever) @ near.normal) for lever in levers])
+        if ((gaps < close) & ((rates < 0) | (not leaving))).any():
+            return np.flatnonzero(gaps < max(gaps.min(), 0.0) + 2 * close).tolist(), time
+        bend = reach * fastest**2 - pull / 2
+        falls = height - min(gaps.min(), 0.0), float(now.v @ near.normal), bend
+        step = _last_zero(_no_lower(falls, n, turns, radius, half), until - time + 1)
+        if not step > 0:
+            raise NoContactFound("impacts follow one another too closely")
+        time, leaving = time + step, False
+    raise NoContactFound("the search for the next contact takes too many steps")
+
+
+def _no_lower(
+    falls: tuple[float, float, float], n: Array, turns: Array, radius: float, half: float
+) -> Callable[[float], float]:
+    """Return what no point of a disc is below, as a function of time; falls: height, its rate, and what bends it."""
+
+    def height(t: float) -> float:
+        m = n + turns * t
+        return falls[0] + (falls[1] - falls[2] * t) * t - radius * math.hypot(m[0], m[1]) - half * abs(m[2])
+
+    return height
+
+
+def _last_zero(concave: Callable[[float], float], most: float) -> float:
+    """Return up to where a concave function that begins at zero or above stays so, at most `most`, by halving."""
+    if concave(most) >= 0:
+        return most
+    low, high = 0.0, most
+    while high - low > 1e-3 * high and high > TINY * most:
+        middle = (low + high) / 2
+        low, high = (middle, high) if concave(middle) >= 0 else (low, middle)
+    return low
+
+
 def motion_along(setting: Setting, pose: Pose, normal: Array) -> tuple[Array, Array]:
     """Return heights above the plane [m] and their rates [m/s] of all points, (n,), in doubles."""
     axes = pose.axes.astype(float)
@@ -170,22 +232,35 @@ def _newton(setting: Setting, flight: Flight, point: int, time: Any, transversal
     size = setting.reach
     for _ in range(mp.prec):
         pose = flight.at(time)
-        lever = setting.points[point] @ pose.axes.T
+        lever = setting.lever(pose, point)
         height = (pose.x - setting.point + lever) @ setting.normal
         rate = velocity_at(pose, lever) @ setting.normal
         w = pose.w_world
-        bend = 2 * (w @ w) * size + abs(setting.gravity @ setting.normal)
+        bend = 2 * (w @ w) * size + abs(setting.gravity @ setting.normal) + _rolls_over(setting, pose)
         if transversal and not (rate < 0 and abs(height) * bend <= TRANSVERSAL * rate * rate):
-            raise NoContactFound(f"vertex {point} grazes the plane at {float(time):.6g} s")
+            raise NoContactFound(
+                f"{setting.point_name(point)} grazes the plane, or its impacts follow one another without end, "
+                f"at {float(time):.6g} s"
+            )
         step = height / rate
         time = time - step
         if abs(step * rate) <= mp.ldexp(size, -mp.prec // 2 - 8):
             # The next step would be no more than this one squared.
             return time - _remainder(setting, flight.at(time), point)
-    raise NoContactFound(f"vertex {point} has no clear instant of contact")
+    raise NoContactFound(f"{setting.point_name(point)} has no clear instant of contact")
+
+
+def _rolls_over(setting: Setting, pose: Pose) -> Any:
+    """Return a bound of how fast the rate of a disc's lowest point changes by its being another one [m/s2].
+
+    d2|P n|/dt2 is at most that of the vector and the square of its turn over |P n|, and that twice near by.
+    """
+    if setting.rim is None or (sine := setting.sine_of_tilt(pose)) <= FLAT:
+        return setting.mp.zero
+    return 2 * setting.rim[0] * (pose.w_world @ pose.w_world) / sine
 
 
 def _remainder(setting: Setting, pose: Pose, point: int) -> Any:
-    lever = setting.points[point] @ pose.axes.T
+    lever = setting.lever(pose, point)
     height: Numbers = (pose.x - setting.point + lever) @ setting.normal
     return height / ((pose.v + cross(pose.w_world, lever)) @ setting.normal)

@@ -29,11 +29,11 @@ class Face:
     def __init__(self, setting: Setting, pose: Pose, points: tuple[int, ...]) -> None:
         self.setting = setting
         normal, mp = setting.normal, setting.mp
-        outward = _outward(setting, points)
-        turn = turning_between(mp, pose.axes @ outward, -normal)
+        across = pose.axes @ _across(setting, points)
+        turn = turning_between(mp, across if across @ normal < 0 else -across, -normal)
         axes = turn @ pose.axes
-        arms = setting.points[list(points)] @ axes.T
-        self.height = -sum(arms @ normal) / len(points)
+        arms = setting.face_points(points) @ axes.T
+        self.height = -sum(arms @ normal) / len(arms)
         x = pose.x - normal * ((pose.x - setting.point) @ normal - self.height)
         w = normal * (pose.w_world @ normal)
         self.pose = Pose(x, axes, setting.along(pose.v), w)
@@ -51,6 +51,8 @@ class Face:
         # r x n N + (-h n) x F = torque, so the centre of pressure is at r = n x torque - h F, over N.
         centre = (cross(normal, torque) - force_along * self.height) @ self._frame.T
         allowed = ROUNDED * float(self.setting.reach)
+        if self.setting.rim is not None:
+            return bool(length(self.setting.mp, centre) <= self.setting.rim[0] + allowed)
         return all(
             _side(*edge, centre) >= -allowed
             for edge in zip(self._corners, np.roll(self._corners, -1, axis=0), strict=True)
@@ -70,6 +72,8 @@ class Face:
     def carries_all(self) -> bool:
         """Whether it can press against friction in any direction."""
         reach = self.setting.friction * self.height
+        if self.setting.rim is not None:
+            return bool(self.setting.rim[0] >= reach)
         inside = (
             _side(*edge, 0 * edge[0]) for edge in zip(self._corners, np.roll(self._corners, -1, axis=0), strict=True)
         )
@@ -148,7 +152,7 @@ def friction_of(setting: Setting, direction: Numbers) -> Numbers:
 
 def spans_a_face(setting: Setting, points: tuple[int, ...]) -> bool:
     """Return whether the points do not all lie on a line."""
-    return len(points) > 2 and bool(_outward(setting, points, check=True).any())
+    return len(points) > 2 and bool(_across(setting, points).any())
 
 
 def turning_between(mp: Any, a: Numbers, b: Numbers) -> Numbers:
@@ -161,9 +165,9 @@ def turning_between(mp: Any, a: Numbers, b: Numbers) -> Numbers:
     return turn
 
 
-def _outward(setting: Setting, points: tuple[int, ...], check: bool = False) -> Numbers:
-    """Return the unit normal of the face away from the centre of mass, body axes, (3,); zeros for points on a line."""
-    corners = setting.points[list(points)]
+def _across(setting: Setting, points: tuple[int, ...]) -> Numbers:
+    """Return a unit vector across the face, body axes, (3,); zeros for points on a line."""
+    corners = setting.face_points(points)
     first = corners[0]
     second = max(corners, key=lambda corner: (corner - first) @ (corner - first))
     along = second - first
@@ -172,8 +176,7 @@ def _outward(setting: Setting, points: tuple[int, ...], check: bool = False) -> 
     size = setting.mp.sqrt(across @ across)
     if float(size) <= ROUNDED * float(setting.reach) ** 2:
         return 0 * across
-    outward = across / size
-    return outward if outward @ first > 0 else -outward
+    return across / size
 
 
 def _square(vector: Numbers) -> Any:

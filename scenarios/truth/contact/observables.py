@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tumble.scenarios.truth.contact.disc import RollingDisc
 from tumble.scenarios.truth.contact.edge import Tipping
 from tumble.scenarios.truth.contact.setting import Setting, length
 from tumble.scenarios.truth.contact.timeline import IMPACT, RESTS, ROLLS, STOPS, Event, Phase, Timeline
@@ -87,6 +88,10 @@ def _of_phases(setting: Setting, motion: Timeline, last: Any) -> Iterator[Observ
             yield from _of_tipping(setting, phase, end)
         elif isinstance(phase, Top):
             yield from _of_top(setting, phase, end)
+        elif isinstance(phase, RollingDisc) and phase.is_straight:
+            yield from _of_going(setting, phase, end)
+        elif isinstance(phase, RollingDisc) and phase.since == 0:
+            yield from _of_rolling_disc(setting, phase, end)
 
 
 def _of_tipping(setting: Setting, phase: Tipping, end: Any) -> Iterator[Observed]:
@@ -105,6 +110,14 @@ def _of_top(setting: Setting, phase: Top, end: Any) -> Iterator[Observed]:
     if phase.nutation_s <= took:
         yield Observed("greatest tilt of the axis", "rad", phase.greatest_tilt_rad, since, end)
     yield Observed("creep speed of the tip", "m/s", setting.mp.zero, since, end)
+
+
+def _of_rolling_disc(setting: Setting, phase: RollingDisc, end: Any) -> Iterator[Observed]:
+    """Yield how a disc on its rim precesses and tilts, that it has no slip, and that this takes no energy."""
+    yield Observed("mean precession", "rad/s", phase.precessed_rad(end) / end, phase.since, end)
+    yield Observed("greatest tilt of the axis", "rad", phase.greatest_tilt_rad(end), phase.since, end)
+    yield Observed("creep speed of the rim", "m/s", setting.mp.zero, phase.since, end)
+    yield Observed("energy lost as it rolls", "J", setting.mp.zero, phase.since, end)
 
 
 def _of_path(setting: Setting, phase: Phase, end: Any, what: str) -> Iterator[Observed]:

@@ -19,6 +19,13 @@ NEAR, NONE = 1e-7, 1e-12
 FIRST = 1e-4
 
 
+class Begun(Protocol):
+    """A phase of a setting that began at an instant [s]."""
+
+    setting: Setting
+    since: Any
+
+
 class Pinned(Protocol):
     """A phase in which some points stay; fastest: a bound of its spin [rad/s]; bend: of its
 
@@ -103,7 +110,7 @@ def failure(phase: Pinned, near: Pinned, until: Any) -> Failure | None:
     raise NoContactFound("the search for the end of a lasting contact takes too many steps")
 
 
-def zero_of(gauge: Callable[[Any], Any], phase: Pinned, guess: float) -> Any:
+def zero_of(gauge: Callable[[Any], Any], phase: Begun, guess: float) -> Any:
     """Return when a gauge is zero, near an instant after the start, by secants."""
     mp = phase.setting.mp
     before, now = phase.since + guess * (1 - 1e-6), phase.since + mp.mpf(guess)

@@ -14,6 +14,8 @@ from tumble.scenarios.truth.inertia import Numbers, Principal, inverse, principa
 from tumble.scenarios.truth.rational import Fraction, cross
 from tumble.scenarios.truth.throw import Read, Throw, exact_numbers, read_throw
 
+# The sine of the tilt of a disc's axis from the normal at which it is flat.
+FLAT = 2.0**-20
 # Of size and distances: a gap or, of speeds, a speed that the rounding of a file's numbers may have made of none.
 TOUCHING = 2.0**-46
 
@@ -50,7 +52,8 @@ class Setting:
 
     mp: mpmath context at the working precision, or its context of doubles; normal, point, gravity, (3,); restitution,
     friction, mass; tensor and its inverse, file axes, (3, 3); points: of the body that can touch, file axes from the
-    centre of mass [m], (n, 3): of a sphere none; radius: of a sphere [m], else None; reach [m].
+    centre of mass [m], (n, 3): of a sphere none; radius: of a sphere [m], else None; rim: radius and half the thickness
+    of a disc [m], else None; reach [m].
     """
 
     def __init__(self, mp: Any, throw: Throw, plane: PlaneNumbers, own: Principal) -> None:
@@ -60,6 +63,7 @@ class Setting:
         self.mass, self.gravity = mp.mpf(throw.solid.mass), self.numbers(throw.gravity)
         self.tensor, self.inverse = self.numbers(throw.solid.tensor), self.numbers(inverse(throw.solid.tensor))
         self.radius = None if throw.radius is None else mp.mpf(throw.radius)
+        self.rim = None if throw.disc is None else (mp.mpf(throw.disc[0]), mp.mpf(throw.disc[1]) / 2)
         self.points = self.numbers(throw.points)
         self.turning = Turning(mp, throw.solid.tensor, own)
         self.moments = self.numbers(own.moments)
@@ -91,10 +95,26 @@ class Setting:
         return vector - self.normal * (vector @ self.normal)
 
     def levers(self, pose: Pose) -> Numbers:
-        """Return where the points that can touch are from the centre of mass, world axes [m], (n, 3)."""
+        """Return where the points that can touch are from the centre of mass, world axes [m], (n, 3).
+
+        Of a sphere its lowest; of a disc the lowest of each rim: of that at z < 0, then of the other if there is one.
+        """
         if self.radius is not None:
             return (self.normal * -self.radius)[np.newaxis]
+        if self.rim is not None:
+            (radius, half), axis = self.rim, pose.axes[:, 2]
+            lowest = down(self.mp, self.normal, axis) * radius
+            return np.array((lowest - axis * half, lowest + axis * half) if half else (lowest,))
         return self.points @ pose.axes.T
+
+    def point_name(self, point: int) -> str:
+        """Return what to call a point that can touch."""
+        return f"vertex {point}" if self.rim is None else "a rim"
+
+    def lever(self, pose: Pose, point: int) -> Numbers:
+        """Return where one of them is from the centre of mass, world axes [m], (3,)."""
+        is_round = self.radius is not None or self.rim is not None
+        return self.levers(pose)[point] if is_round else self.points[point] @ pose.axes.T
 
     def gaps(self, pose: Pose) -> Numbers:
         """Return how far each of them is above the plane [m], (n,)."""
@@ -107,6 +127,18 @@ class Setting:
     def momentum_body(self, pose: Pose) -> Numbers:
         """Return the angular momentum along the file's axes [kg m2/s], (3,)."""
         return self.tensor @ (pose.axes.T @ pose.w_world)
+
+    def sine_of_tilt(self, pose: Pose) -> Any:
+        """Return the sine of the angle between a disc's axis and the normal."""
+        axis = pose.axes[:, 2]
+        across = self.normal - axis * (axis @ self.normal)
+        return self.mp.sqrt(across @ across)
+
+    def face_points(self, points: tuple[int, ...]) -> Numbers:
+        """Return the points that a face lies on, file axes, (k, 3); of a disc the eight of its one rim."""
+        if self.rim is None:
+            return self.points[list(points)]
+        return self.points[1:].reshape(-1, 8, 3)[points[0]]
 
     def touching_m(self, pose: Pose) -> float:
         """Return the gap that counts as none [m]."""
@@ -132,6 +164,14 @@ def length(mp: Any, vector: Numbers) -> Any:
 def unit(mp: Any, vector: Numbers) -> Numbers:
     """Return a vector of length 1 along another that is not zero."""
     return vector / length(mp, vector)
+
+
+def down(mp: Any, normal: Numbers, axis: Numbers) -> Numbers:
+    """Return the unit vector across an axis that points most against the normal, (3,); any where all do alike."""
+    below = axis * (axis @ normal) - normal
+    if not (below @ below):
+        return tangents(mp, axis, 0 * axis)[0]
+    return unit(mp, below)
 
 
 def tangents(mp: Any, normal: Numbers, along: Numbers) -> tuple[Numbers, Numbers]:

@@ -10,11 +10,11 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from tumble.scenarios.truth.contact import edge, face, sphere, top
+from tumble.scenarios.truth.contact import disc, edge, face, sphere, top
 from tumble.scenarios.truth.contact.approach import Flight, NoContactFound, in_doubles, meeting, meets_near
 from tumble.scenarios.truth.contact.impact import Impact, impact, velocity_at
 from tumble.scenarios.truth.contact.pinned import LANDS, SLIPS, Failure, failure, hold, zero_of
-from tumble.scenarios.truth.contact.setting import TOUCHING, Setting, length
+from tumble.scenarios.truth.contact.setting import FLAT, TOUCHING, Setting, length
 from tumble.scenarios.truth.deadline import current
 from tumble.scenarios.truth.flight import Pose, lever
 from tumble.scenarios.truth.inertia import Numbers
@@ -108,6 +108,7 @@ class Builder:
         self.found: tuple[Flight, Any] | None = None
         # The same of a motion about points that stay; and why the motion ends after the phase that has just ended.
         self.pinned: tuple[Any, Failure | None] | None = None
+        self.rolling: disc.RollingDisc | None = None
         self.ending = ""
 
     def made(self) -> Timeline:
@@ -172,7 +173,7 @@ class Builder:
             return phase.at(until), until
         pose = phase.at(phase.until)
         self.by_inputs = False
-        arm = self.setting.levers(pose)[points[0]]
+        arm = self.setting.lever(pose, points[0])
         self.events.append(Event(event, phase.until, points[0], pose, pose, arm))
         return pose, phase.until
 
@@ -182,6 +183,8 @@ def choose(builder: Builder, pose: Pose, time: Any, until: Any) -> Choice:
     setting = builder.setting
     gaps, arms = setting.gaps(pose), setting.levers(pose)
     touching = tuple(point for point, gap in enumerate(gaps) if gap <= setting.touching_m(pose))
+    if setting.rim is not None and touching:
+        return _disc(builder, pose, touching, time, until)
     speeds = {point: velocity_at(pose, arms[point]) @ setting.normal for point in touching}
     still = builder.still(pose)
     meets = tuple(point for point in touching if speeds[point] < -still)
@@ -239,6 +242,46 @@ def _sphere(builder: Builder, pose: Pose, time: Any) -> Choice:
     if speed > _rounded_slip(builder, pose):
         return Choice("sphere slips", (0,))
     return Choice("sphere rolls" if sphere.rolls(setting) else "sphere slips from rest", (0,))
+
+
+def _disc(builder: Builder, pose: Pose, touching: tuple[int, ...], time: Any, until: Any) -> Choice:
+    """Return what a disc does of which some rims touch the plane."""
+    setting, still, at = builder.setting, builder.still(pose), f"at {float(time):.6g} s"
+    if setting.sine_of_tilt(pose) <= FLAT:
+        rises, tilts = pose.v @ setting.normal, length(setting.mp, setting.along(pose.w_world)) * setting.reach
+        if rises - tilts < -still:
+            return Choice(ENDS, why=f"a disc meets the plane flat {at}: the law has several answers")
+        if rises > still or setting.pressing <= 0:
+            return _flight_choice(builder, pose, time, until)
+        return _on_face(builder, face.Face(setting, pose, touching), touching, time, until)
+    rates = {rim: velocity_at(pose, setting.lever(pose, rim)) @ setting.normal for rim in touching}
+    pressed = tuple(rim for rim, rate in rates.items() if rate <= still)
+    if not pressed:
+        return _flight_choice(builder, pose, time, until)
+    if min(rates.values()) < -still:
+        return several(pressed, time) if len(pressed) > 1 else _counted(builder, time, Choice("impact", pressed))
+    if len(pressed) > 1 and not disc.goes_straight(setting, pose, still):
+        return Choice(ENDS, why=f"a disc turns on both its rims {at}: the law leaves open how its pressure is spread")
+    slip = setting.along(velocity_at(pose, setting.lever(pose, min(pressed))))
+    if setting.pressing <= 0 or length(setting.mp, slip) > still:
+        return Choice(
+            ENDS, why=f"a rim slips on the plane, or is not pressed on it, {at}: the truth is of discs that roll"
+        )
+    phase = disc.RollingDisc(setting, pose, pressed, time)
+    builder.rolling = phase
+    fails = phase.failure(until)
+    if fails is None:
+        return Choice("rim rolls", pressed)
+    at = f"at {float(fails.time):.6g} s"
+    if fails.time <= time:
+        return Choice(ENDS, why=f"a rim begins to slip {at}")
+    return Choice(
+        "rim rolls",
+        pressed,
+        float(fails.time - time),
+        f"{disc.ENDS[fails.how]} {at}",
+        (list(disc.ENDS).index(fails.how),),
+    )
 
 
 def _leaving(builder: Builder, pose: Pose, time: Any) -> Choice:
@@ -340,7 +383,8 @@ def _on_face(builder: Builder, lying: face.Face, stays: tuple[int, ...], time: A
         if lying.carries(-along / setting.pressing, none):
             return Choice("face rests", stays)
         still = pose._replace(v=none, w_world=none)
-        tips = _pinned(builder, still, lying.tipping_edge(-along / setting.pressing), time, until)
+        edge_points = () if setting.rim is not None else lying.tipping_edge(-along / setting.pressing)
+        tips = _pinned(builder, still, edge_points, time, until) if edge_points else None
         return tips or Choice(ENDS, why=f"the body tips over {at} before it would slide")
     if lying.carries(face.friction_of(setting, along), none):
         return Choice("face slides from rest", stays)
@@ -435,6 +479,19 @@ def _pin(builder: Builder, pose: Pose, time: Any, until: Any, choice: Choice) ->
     return builder.stay(phase, until, SLIPS if choice.why else LANDS, choice.points)
 
 
+def _roll_on(builder: Builder, pose: Pose, time: Any, until: Any, choice: Choice) -> tuple[Pose, Any]:
+    """Go through the rolling of a disc, to its own end or to an instant."""
+    setting, phase = builder.setting, builder.rolling
+    builder.rolling = None
+    if phase is None:
+        phase = disc.RollingDisc(setting, pose, choice.points, time)
+    how = list(disc.ENDS)[choice.others[0]] if choice.others else ""
+    if how:
+        phase.until = zero_of(lambda instant: phase.gauge(how, instant), phase, choice.guess)
+    builder.ending = choice.why if phase.until <= until else ""
+    return builder.stay(phase, until, how, choice.points)
+
+
 def _rock(builder: Builder, pose: Pose, time: Any, until: Any, choice: Choice) -> tuple[Pose, Any]:
     setting = builder.setting
     done = edge.rock(setting, pose, choice.others, choice.points)
@@ -475,6 +532,7 @@ FOLLOW: dict[str, Callable[[Builder, Pose, Any, Any, Choice], tuple[Pose, Any]]]
     "tips": _pin,
     "spins on its tip": _pin,
     "rocks": _rock,
+    "rim rolls": _roll_on,
     "face rests": _rest,
     "face slides": _slide,
     "face glides": _glide,

@@ -19,6 +19,7 @@ import in_process
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from patience import PATIENCE_S
 
 from tumble.compare.check import study
@@ -762,31 +763,51 @@ def test_the_readme_shows_the_workflow_as_it_is():
 
 
 def test_the_workflows_steps_guard_an_engine(tmp_path):
-    """Its steps run here as a runner runs them: each with bash -e, beside a checkout of ours in .tumble."""
-    steps = re.findall(r"^ +- (if: always\(\)\n +)?run: (.+)$", WORKFLOW, re.MULTILINE)
-    assert [bool(always) for always, _ in steps] == [False, False, True]
+    """Its steps run here as runners run them: each with bash -e, beside a checkout of ours in .tumble.
+
+    All jobs share a folder, in which each finds what another has uploaded.
+    """
+
+    def jobs_of(shard: object) -> dict:
+        return yaml.safe_load(WORKFLOW.replace("${{ matrix.shard }}", str(shard)))["jobs"]
+
+    jobs = jobs_of("")
+    shards = jobs["part"]["strategy"]["matrix"]["shard"]
+    assert (shards, jobs["check"]["needs"]) == ([1, 2, 3, 4], "part")
+    assert jobs["check"]["steps"][:4] == jobs["part"]["steps"][:4]
     (tmp_path / ".tumble").symlink_to(ROOT, target_is_directory=True)
     (tmp_path / "mine.py").write_text(MINE)
     (tmp_path / "spin.toml").write_text(SPIN)
-    assert check(tmp_path, "spin.toml", "-e", "./mine.py", "--no-times", "--accept", "-o", "baseline").returncode == 0
     summary = tmp_path / "summary"
 
-    def job() -> bool:
+    def record() -> None:
+        shutil.rmtree(tmp_path / "baseline", ignore_errors=True)
+        words = ("spin.toml", "-e", "./mine.py", "--no-times", "--accept", "-o", "baseline")
+        assert check(tmp_path, *words).returncode == 0
+
+    record()
+
+    def is_done(job: str, shard: object = "") -> bool:
         good = True
-        for always, line in steps:
-            if good or always:
-                words = ["bash", "-e", "-c", line]
+        for step in jobs_of(shard)[job]["steps"]:
+            if not (good or step.get("if") == "always()"):
+                continue
+            if "upload-artifact" in step.get("uses", ""):
+                assert (tmp_path / step["with"]["path"]).is_dir()
+            elif "run" in step:
+                words = ["bash", "-e", "-c", step["run"]]
                 env = {**os.environ, "GITHUB_STEP_SUMMARY": str(summary)}
                 done = subprocess.run(words, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=PATIENCE_S)
                 good = good and done.returncode == 0
         return good
 
-    assert job(), "nothing has changed"
     (tmp_path / "mine.py").write_text(SPOILED)
-    summary.write_text("")
-    assert not job()
+    assert all(is_done("part", shard) for shard in shards)
+    assert not is_done("check")
     assert "largest error" in summary.read_text()
     assert (tmp_path / "checked/junit.xml").is_file()
+    record()
+    assert is_done("check"), "nothing has changed since"
 
 
 # Tumble's own record.

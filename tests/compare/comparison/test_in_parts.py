@@ -91,6 +91,12 @@ def test_parts_and_shards_have_the_errors_of_all_throws_at_once(document, engine
     assert plain(tables(merged)) == plain(ours)
 
 
+def test_a_number_of_throws_may_be_written_with_an_exponent(document):
+    many = {**document, "ensemble": {**document["ensemble"], "throws": 1e9}}
+    large = scene(many)
+    assert (large.ensemble.throws, parts_in(large)) == (10**9, 10**9 // 128)  # type: ignore[union-attr]
+
+
 def test_the_worst_throws_are_scenes_with_the_same_error(document, engines):
     (parts,) = compare(engines[:1], [scene(document)])
     files = worst_scenes(parts, document, Path())

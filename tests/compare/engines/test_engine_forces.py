@@ -19,8 +19,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from triaxial import GRAVITY, MASS, MOMENTS, THROWS, scene
 
+from tumble.compare.run.asked import chosen
 from tumble.compare.run.engines.registry import engine_info
-from tumble.compare.run.running_engines import RunningEngine, chosen
+from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.worker import Worker
 from tumble.scenarios.frames import Array, rotation_matrix, vertices

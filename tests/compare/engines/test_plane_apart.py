@@ -7,9 +7,10 @@ import pytest
 from apart import engine
 
 from tumble.compare.run.flight import Trajectory
-from tumble.scenarios.frames import quaternion_product, rotation_matrix
+from tumble.scenarios.frames import quaternion_product, rotation_matrix, vertices
+from tumble.scenarios.lowest import lowest
 from tumble.scenarios.read import read_scene
-from tumble.scenarios.scene import Scene, frozen_array
+from tumble.scenarios.scene import Disc, Scene, frozen_array
 from tumble.scenarios.truth import truth
 
 DT = 0.001
@@ -67,6 +68,41 @@ def test_a_ball_rebounds_and_a_box_stops_by_the_pairs_coefficients_wherever_up_i
             assert stop == pytest.approx(away, abs=2.5e-3)  # one step is v dt = 2 mm
         else:  # between the full force along an edge of the pyramid and sqrt 2 of it along a diagonal
             assert PYRAMID * 0.51 - 2.5e-3 < np.hypot(stop[0], stop[2]) < 0.51 - 2.5e-3
+
+
+@pytest.mark.parametrize(
+    ("contestant", "room"),
+    [
+        ("dart:semi-implicit-euler", 0.002),
+        ("ode:step", 0.002),
+        ("rapier:tgs", 0.002),
+        ("rapier-js:tgs", 0.002),
+        ("jolt:semi-implicit-euler", 0.002),
+        ("drake:discrete+point", 0.002),
+        ("ammo:rigidbody", 0.005),
+        ("newton:xpbd", 0.005),
+        ("drake:discrete", 0.05),  # soft over a face
+        ("havok:semi-implicit-euler", 0.2),  # round at its rims
+        ("physx:tgs", 0.1),  # the others are prisms
+        ("cannon:semi-implicit-euler", 0.2),
+        ("box3d:semi-implicit-euler", 0.2),
+    ],
+)
+def test_a_disc_rolls_on_its_rim_wherever_up_is(contestant, room):
+    scene = turned("disc-rolls", 0.2)
+    true = truth(scene, False).states[-1, 0]
+    with engine(*contestant.split(":")) as ours:
+        found = ours.simulate(scene, contestant.split(":")[1], DT)
+    assert isinstance(found, Trajectory), found
+    off = vertices(found.states[-1], scene.body.points) - vertices(true[None], scene.body.points)
+    assert np.linalg.norm(off, axis=-1).max() < room * scene.body.disc.radius
+    low = scene.plane.normal @ (found.states[-1, 0, 0:3] - scene.plane.point)
+    low += lowest(scene.body, found.states[-1, :, 3:7], scene.plane.normal)[0]
+    assert abs(low) < 0.02 * scene.body.disc.radius, "another shape touches the plane"
+    thin = replace(scene, body=replace(scene.body, disc=Disc(0.5, 0.0)))
+    with engine(*contestant.split(":")) as ours:
+        refused = ours.simulate(thin, contestant.split(":")[1], DT)
+    assert "no disc without thickness" in str(refused)
 
 
 @pytest.mark.parametrize("contestant", ["jolt:semi-implicit-euler", "physx:tgs"])

@@ -2,8 +2,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tumble.compare.run.asked import wanted
 from tumble.compare.run.contestant import BadEngine, Contestant, MethodName
-from tumble.compare.run.running_engines import wanted
 
 WORDS = st.from_regex(r"[a-z][a-z0-9-]{0,8}", fullmatch=True)
 METHODS = st.builds(

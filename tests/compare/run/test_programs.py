@@ -299,13 +299,6 @@ def test_a_record_does_not_run_the_program_that_it_names(tumble, tmp_path):
     assert not (tmp_path / "ran").exists()
 
 
-def test_a_changed_program_is_another_circumstance(tmp_path):
-    from tumble.compare.run.engines.registry import files
-
-    path = script(tmp_path)
-    assert files(path) == [Path(path), Path(sys.executable), tmp_path / "engine.py"]
-
-
 def test_the_memory_that_is_told_is_the_programs(tmp_path):
     """A hundred megabytes are the program's, not those of the process that talks to it."""
     script(tmp_path)

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from tumble.__main__ import main
+from tumble.compare.run.asked import titles
 from tumble.compare.run.engines.registry import BadEngine
-from tumble.compare.run.running_engines import launched, titles
+from tumble.compare.run.running_engines import launched
 from tumble.scenarios.read import read_scene
 
 ENGINE = """

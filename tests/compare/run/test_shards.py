@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import shutil
 import stat
 from functools import partial
@@ -15,6 +16,7 @@ import tumble as package
 from tumble.compare.run.digest import NoValue, digest
 from tumble.compare.run.execution import Incomplete, Parts, Shard
 from tumble.compare.run.task_cache import TaskCache
+from tumble.compare.run.timing import readings, timing
 from tumble.scenarios.read import read_scene
 
 ENGINE = """
@@ -45,8 +47,25 @@ name = "imu"
 kind = "imu"
 rate = 10.0
 """
-# Times of runs, and the folder in the command line.
-NOT_COMPARED = ("wall_s", "wall_ns_per_step", "wall_per_sim_s")
+# The words of each command, without its engines and -o; a release of mujoco is installed beside its own.
+COMMANDS = {
+    "compare": ("./box.toml", "ball-drop-dead"),
+    "sweep": ("./box.toml",),
+    "stability": ("./box.toml",),
+    "check": ("./box.toml", "ball-drop-dead", "--no-times", "--accept"),
+    "releases": ("mujoco", "./box.toml", "ball-drop-dead"),
+    "report": ("./box.toml",),
+}
+# What is measured with a clock, and what follows from it.
+NOT_COMPARED = re.compile(
+    r"wall_|ns$|^(ns|run_us|steps_per_s|ratio|rounds)|_(ns|us)$|per_step|time_ratio|build_s|compile_s|peak_bytes"
+)
+NOT_COMPARED_ROWS = {
+    "conditions.csv": ("command", "other work"),
+    "findings.csv": ("feature overhead",),
+    "release-changes.csv": ("time",),
+}
+TIMED = ("sweep", "releases", "report")
 
 
 def engines(folder: Path, factor: float = 1.0) -> list[str]:
@@ -56,11 +75,14 @@ def engines(folder: Path, factor: float = 1.0) -> list[str]:
 
 
 def tables(folder: Path) -> dict[str, str]:
-    """Return the text of every table, without the columns of times and the command line."""
-    found = {path.name: pd.read_csv(path, dtype=str, keep_default_na=False) for path in sorted(folder.glob("*.csv"))}
-    conditions = found["conditions.csv"]
-    found["conditions.csv"] = conditions[conditions.what != "command"]
-    return {name: table.drop(columns=[*NOT_COMPARED], errors="ignore").to_csv() for name, table in found.items()}
+    """Return the text of every table but for what depends on a clock, and the command line."""
+    return {path.name: without_times(path) for path in sorted(folder.glob("*.csv"))}
+
+
+def without_times(path: Path) -> str:
+    found = pd.read_csv(path, dtype=str, keep_default_na=False)
+    found = found[~found.isin(NOT_COMPARED_ROWS.get(path.name, ())).any(axis=1)]
+    return found.drop(columns=[name for name in found.columns if NOT_COMPARED.search(name)]).to_csv(index=False)
 
 
 @pytest.mark.parametrize("length", [0, 1, 3, 10, 97])
@@ -71,24 +93,42 @@ def test_shards_share_a_list_out_evenly(length, count):
     assert max(map(len, blocks)) - min(map(len, blocks)) <= 1
 
 
-def test_merged_shards_are_the_whole_whatever_their_order(tmp_path, tumble):
+@pytest.mark.parametrize("command", COMMANDS)
+def test_merged_shards_are_the_whole_whatever_their_order(command, tmp_path, tumble, monkeypatch):
+    briefly = partial(readings.round_robin, span_s=0.0, rounds=2, budget_s=0.0)
+    monkeypatch.setattr(timing, "round_robin", lambda samplers, *usual: briefly(samplers))
+    monkeypatch.setattr(readings, "other_work", lambda *_: "other processes used 9.0 of 2 cores")
     (tmp_path / "box.toml").write_text(SCENE)
-    words = ["compare", "./box.toml", "ball-drop-dead", *engines(tmp_path)]
-    whole = tumble(*words, "-o", "whole")
-    assert whole.returncode == 0, whole.stderr
+    # Steps of those of a file are too short to be timed.
+    contestants = engines(tmp_path) if command not in TIMED else ["-e", "tumble:rk4", "-e", "mujoco:rk4"]
+    words = [command, *COMMANDS[command], *([] if command == "releases" else contestants)]
+
+    def written(*words: str, to: str) -> tuple[str, dict[str, str]]:
+        """Return what a command printed, and the tables that it wrote."""
+        output = f"{to}.html" if command == "report" else to
+        done = tumble(*words, "-o", output)
+        assert done.returncode == 0, done.stderr
+        folder = tmp_path / (f"{to}-tables" if command == "report" else to)
+        assert f"-o {output}" in (folder / "conditions.csv").read_text()
+        return done.stdout, tables(folder)
+
+    said, whole = written(*words, to="whole")
     logs = [tmp_path / "one.py.log", tmp_path / "other.py.log"]
     for log in logs:
-        log.unlink()
+        log.unlink(missing_ok=True)
     for number in (1, 2):
         done = tumble(*words, "--shard", f"{number}/2", "-o", f"s{number}")
         assert (done.returncode, done.stdout) == (0, ""), done.stderr
-    runs = [log.read_text().count("\n") for log in logs]
-    merged = tumble("merge", "s2", "s1", "-o", "merged")
-    assert merged.returncode == 0, merged.stderr
-    assert [log.read_text().count("\n") for log in logs] == runs, "merging runs nothing"
-    assert merged.stdout == whole.stdout
-    assert tables(tmp_path / "merged") == tables(tmp_path / "whole")
-    assert "-o merged" in (tmp_path / "merged" / "conditions.csv").read_text()
+    runs = [log.read_text().count("\n") for log in logs if log.exists()]
+    again, merged = written("merge", "s2", "s1", to="merged")
+    assert merged == whole
+    is_timed = command in TIMED
+    if not is_timed:
+        assert again.replace("merged", "whole") == said
+        assert [log.read_text().count("\n") for log in logs if log.exists()] == runs, "merging runs nothing"
+    for folder in ("whole", "merged"):
+        folder += "-tables" * (command == "report")
+        assert ("other work" in (tmp_path / folder / "conditions.csv").read_text()) == is_timed, "times have their load"
 
 
 def test_what_cannot_be_merged_is_refused_in_one_line(tmp_path, tumble):
@@ -256,9 +296,8 @@ def test_a_call_in_python_is_shared_out_and_merged(tmp_path, tumble, monkeypatch
         merged = call()
     whole = call()
     for name, table in whole.tables.items():
-        assert table.drop(columns=[*NOT_COMPARED], errors="ignore").equals(
-            merged.tables[name].drop(columns=[*NOT_COMPARED], errors="ignore")
-        ), name
+        timed = [column for column in table.columns if NOT_COMPARED.search(column)]
+        assert table.drop(columns=timed).equals(merged.tables[name].drop(columns=timed)), name
     with pytest.raises(package.UserError, match="give shard 1/2 too"), package.session(merge=folders[:1]):
         call()
     with pytest.raises(package.UserError, match="was run in Python"):

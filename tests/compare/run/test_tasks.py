@@ -323,13 +323,14 @@ def carrying(mark: str) -> list[int]:
     "words",
     [
         ("compare", "brick-tumble"),
+        ("compare", "brick-tumble", "--workers", "1"),
         ("sweep", "die-straight"),
         ("ablate", "die-straight"),
         ("stability", "spin-fast"),
         ("check", "many-throws", "brick-tumble", "dzhanibekov", "--accept", "-o", "record"),
         ("report", "many-throws", "brick-tumble", "dzhanibekov", "-o", "page.html"),
     ],
-    ids=lambda words: words[0],
+    ids=lambda words: words[0] + "-on-a-worker" * ("--workers" in words),
 )
 def test_ctrl_c_leaves_no_process(tmp_path, words):
     path = Path(engine_file(tmp_path, "hanging"))
@@ -342,11 +343,12 @@ def test_ctrl_c_leaves_no_process(tmp_path, words):
         env=os.environ | dict([mark.split("=")]),
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
+        start_new_session=True,
     )
     try:
         until(path.with_suffix(".pid").exists)
         assert len(carrying(mark)) >= 3, "command and two engines"
-        command.send_signal(signal.SIGINT)
+        os.killpg(command.pid, signal.SIGINT)  # as a terminal does
         _, err = command.communicate(timeout=PATIENCE_S)
         assert command.returncode == 130, err
         assert b"Traceback" not in err

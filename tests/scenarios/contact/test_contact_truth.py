@@ -258,6 +258,23 @@ def test_another_friction_breaks_the_bound(tmp_path):
     assert worst(path, truth(scene, False))[0] > 1
 
 
+@pytest.mark.parametrize(("share", "why"), [(1 + 1e-9, "no slip"), (1 - 1e-9, "friction does not hold")])
+def test_another_friction_moves_the_slip_that_ends_a_truth(share, why, tmp_path):
+    path = tmp_path / "drawn.toml"
+    text = drawn("box that tips", 500)
+    path.write_text(text, encoding="utf-8")
+    scene = read_scene(str(path))
+    true = truth(scene, False)
+    assert scene.plane is not None
+    assert "begins to slip" in true.contacts[0].why
+    worst(path, true)
+    path.write_text(
+        text.replace(f"friction = {scene.plane.friction!r}", f"friction = {scene.plane.friction * share!r}")
+    )
+    with pytest.raises(AssertionError, match=why):
+        worst(path, true)
+
+
 def test_what_the_last_bits_decide_is_no_observable(tmp_path):
     """The 17th apex of this ball comes at the end: the motion of the same numbers in doubles does not reach it."""
     file = tmp_path / "ball.toml"

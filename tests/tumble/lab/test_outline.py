@@ -37,3 +37,15 @@ def test_a_ball_is_drawn_round_with_its_great_circles_wherever_its_points_are():
     assert (np.abs(ends).min(axis=2) < 1e-12).all(), "an edge that lies in no plane of two axes"
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
     assert length == pytest.approx(3 * 2 * np.pi * body.radius, rel=0.01)
+
+
+def test_a_disc_is_drawn_round_with_its_rims_wherever_its_points_are():
+    body = read_scene("disc-rolls").body
+    outline = Outline.of(body)
+    turned = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    points = (outline.points(body.points @ turned + (3.0, -2.0, 1.0)) - (3.0, -2.0, 1.0)) @ turned.T
+    rims = np.hypot(points[:, 0], points[:, 1]) > 1e-9
+    assert np.hypot(*points[rims, :2].T) == pytest.approx(np.full(rims.sum(), body.disc.radius))
+    assert np.abs(points[:, 2]) == pytest.approx(np.full(len(points), body.disc.thickness / 2))
+    middles = points[outline.faces].mean(axis=1)
+    assert (np.einsum("ij,ij->i", normals(points, outline.faces), middles) > 0).all()

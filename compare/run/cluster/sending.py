@@ -1,26 +1,26 @@
 """Sends tasks to the workers of a Dask cluster, and takes their results as they come.
 
-Short tasks go in batches, as many as take `BATCH_S`: a batch costs Dask some milliseconds.  When a worker ends, all
-that was sent to it is suspect, also what only waited there.  Suspect tasks are sent again one by one, one at a time in
-the whole cluster: a task whose worker ends a second time is a row `crashed`.
+Short tasks go in batches, as many as take `BATCH_S`: a batch costs Dask some milliseconds.  When a worker ends, nobody
+knows which of the tasks that were sent to it ended it, or whether someone killed it.  Each of them is sent again in a
+batch of its own; a task with which another worker ends is sent once more when nothing else runs, so that it has no
+neighbour to suffer from; and if that worker ends too, the task is a row `crashed`.
 """
 
 import pickle
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from queue import SimpleQueue
 from threading import Condition, Thread
-from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from tumble.compare.run.on_worker import Needed, answer
-from tumble.compare.run.process.message import split, unpacked
+from tumble.compare.run.cluster.given_up import crashed
+from tumble.compare.run.cluster.on_worker import Needed, answer
+from tumble.compare.run.cluster.workers import COUNT_S, Workers
+from tumble.compare.run.process.message import unframed
 from tumble.compare.run.running_engines import RunningEngine
-from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.tasks import Task
-from tumble.compare.run.worker import Worker
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -29,58 +29,32 @@ if TYPE_CHECKING:
 BATCHES_EACH = 2
 # Time of a batch [s], and most tasks and bytes of one.
 BATCH_S, MOST_TASKS, MOST_BYTES = 0.1, 64, 1 << 20
-# A task that a worker ended with is sent this many times.
-ATTEMPTS = 2
-# How often workers are counted [s]: some come late.
-COUNT_S = 1.0
+# Workers that end with a task: it then has no neighbours, and it is given up.
+SUSPECT, GIVEN_UP = 2, 3
 
 
-class Lost(Worker):
-    """In place of an engine's process: all that is asked of it has one answer."""
-
-    def __init__(self, like: RunningEngine, failure: Failure) -> None:
-        self.engine, self._failure = like.engine, failure
-        self.time_limit, self.memory_limit = like.worker.time_limit, like.worker.memory_limit
-
-    @property
-    def alive(self) -> bool:
-        """Whether it answers."""
-        return True
-
-    def _ask(self, question: object, hint: Any, most_bytes: int = 0) -> Failure:
-        return self._failure
-
-
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Ready:
-    """A task that waits for nothing, pickled: the engine that it needs, and what it asks."""
+    """A task that waits for nothing, pickled: the engine that it needs, and what it asks.
+
+    deaths: of workers that it was sent to
+    """
 
     task: Task
     asked: tuple[bytes, bytes]
+    deaths: int = 0
 
 
-@dataclass
-class Workers:
-    """How many workers a scheduler has; client: connected to it; number: when they were counted last."""
-
-    client: "Client"
-    number: int = 0
-    _next: float = 0.0
-
-    def __str__(self) -> str:
-        """Return the number in words."""
-        return f"{self.number} worker{'s' * (self.number != 1)}"
-
-    def __bool__(self) -> bool:
-        return self.number > 0
-
-    def counted(self) -> bool:
-        """Count them unless that was done within COUNT_S; return whether they were counted now and there are some."""
-        if monotonic() < self._next:
-            return False
-        self.number = len(dict(self.client.nthreads()))  # type: ignore[call-overload]
-        self._next = monotonic() + COUNT_S
-        return self.number > 0
+def by_engine(tasks: Sequence[Task]) -> Iterator[Task]:
+    """Yield those of one engine after each other, which a worker then starts once, unless the next has to wait."""
+    own: dict[RunningEngine, deque[Task]] = {}
+    for task in tasks:
+        own.setdefault(task.running_engine, deque()).append(task)
+    while own:
+        engine = next((one for one, left in own.items() if not left[0].is_waiting), next(iter(own)))
+        yield own[engine].popleft()
+        if not own[engine]:
+            del own[engine]
 
 
 @dataclass
@@ -101,9 +75,9 @@ class Sending:
     _room: Condition = field(default_factory=Condition)
     _events: "SimpleQueue[Ready | Future | BaseException]" = field(default_factory=SimpleQueue)
     _ready: deque[Ready] = field(default_factory=deque)
+    _again: deque[Ready] = field(default_factory=deque)
     _suspect: deque[Ready] = field(default_factory=deque)
     _sent: "dict[str, tuple[Future, list[Ready]]]" = field(default_factory=dict)
-    _sent_again: str = ""
 
     def run(self) -> None:
         """Record the results of all tasks; of some of them where the scheduler ends.  Raises what a task raises."""
@@ -139,7 +113,7 @@ class Sending:
         import cloudpickle
 
         needed: dict[RunningEngine, bytes] = {}
-        for task in self.tasks:
+        for task in by_engine(self.tasks):
             try:
                 with self._room:
                     while not self._ended and self._held >= self._most_sent * self._size:
@@ -150,7 +124,7 @@ class Sending:
                     self._held += 1
                 engine = task.running_engine
                 if engine not in needed:
-                    needed[engine] = pickle.dumps(Needed.of(engine))
+                    needed[engine] = pickle.dumps(Needed.of(engine, self.client.id))
                 self._events.put(Ready(task, (needed[engine], cloudpickle.dumps(task.ask))))
             except BaseException as error:
                 self._events.put(error)
@@ -163,36 +137,40 @@ class Sending:
 
     def _fill(self) -> None:
         """Send what workers have room for."""
-        while self._ready and len(self._sent) < self._most_sent:
-            batch = [self._ready.popleft()]
-            size = sum(map(len, batch[0].asked))
-            while self._ready and len(batch) < self._size and size < MOST_BYTES:
-                batch.append(self._ready.popleft())
-                size += sum(map(len, batch[-1].asked))
+        if self._suspect:
+            if not self._sent:
+                self._send([self._suspect.popleft()])
+            return
+        while len(self._sent) < self._most_sent and (batch := self._next_batch()):
             self._send(batch)
-        if self._suspect and self._sent_again not in self._sent:
-            self._sent_again = self._send([self._suspect.popleft()])
 
-    def _send(self, batch: list[Ready]) -> str:
-        key = f"tumble-{next(self.numbers)}-{batch[0].task.digest}"
+    def _next_batch(self) -> list[Ready]:
+        """Return the tasks to be sent next, none if none is ready."""
+        if self._again:
+            return [self._again.popleft()]
+        batch: list[Ready] = []
+        size = 0
+        while self._ready and len(batch) < self._size and size < MOST_BYTES:
+            batch.append(self._ready.popleft())
+            size += sum(map(len, batch[-1].asked))
+        return batch
+
+    def _send(self, batch: list[Ready]) -> None:
+        # Another command may send the same task at the same time, in another batch.
+        key = f"tumble-{self.client.id}-{next(self.numbers)}-{batch[0].task.digest}"
         # As annotations, these would be lost, or break transitions (dask/distributed#4491, #5937).
         future = self.client.submit(answer, [one.asked for one in batch], pure=False, key=key, retries=0)
         self._sent[key] = future, batch
         future.add_done_callback(self._events.put)
-        return key
 
     def _results(self, future: "Future") -> list[tuple[Task, Any]] | None:
         """Return the results of a batch, none where its worker ended; None: the scheduler ended."""
-        is_second = future.key == self._sent_again
         _, batch = self._sent.pop(str(future.key))
         if future.status == "error":
             error = future.exception()
             if type(error).__name__ != "KilledWorker":
                 raise error  # type: ignore[misc]
-            if is_second:
-                return [(one.task, crashed(one.task)) for one in batch]
-            self._suspect += batch
-            return []
+            return self._after_death(batch)
         if future.status != "finished":
             return None  # cancelled or lost, which it is only with the scheduler
         try:
@@ -202,13 +180,10 @@ class Sending:
         self._size = max(1, min(2 * self._size, MOST_TASKS, int(BATCH_S * len(batch) / max(took_s, 1e-6))))
         return [(one.task, unframed(one.task.kind, data)) for one, data in zip(batch, frames, strict=True)]
 
-
-def crashed(task: Task) -> Any:
-    """Return the result of a task whose engine crashes at whatever is asked."""
-    failure = Failure(Status.CRASHED, f"{ATTEMPTS} workers ended while they ran it", process_died=True)
-    return task.ask(replace(task.running_engine, worker=Lost(task.running_engine, failure)))
-
-
-def unframed(kind: Any, data: bytes) -> Any:
-    """Return the value of a frame."""
-    return unpacked(kind, *split(data))
+    def _after_death(self, batch: list[Ready]) -> list[tuple[Task, Any]]:
+        """Have tasks whose worker ended sent again; return the result of one that is given up."""
+        for one in batch:
+            one.deaths += 1
+            if one.deaths < GIVEN_UP:
+                (self._suspect if one.deaths == SUSPECT else self._again).append(one)
+        return [(one.task, crashed(one.task, one.deaths)) for one in batch if one.deaths == GIVEN_UP]

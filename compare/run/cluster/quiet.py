@@ -1,97 +1,38 @@
 """Run times measured on a worker of a cluster that does nothing else: all contestants of a scene are one task.
 
-Such a worker has the Dask resource `quiet=1`, and one such task at a time.  Its engines are started for the task, all
-on one core, and end with it.  Without such a worker run times are measured here: ratios never cross machines.
+Such a worker has the Dask resource `quiet=1`, and one such task at a time.  Without such a worker run times are
+measured here: ratios never cross machines.
 """
 
 import logging
-import os
-import platform
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import count
 from threading import Event
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-import psutil
-
+from tumble.compare.run.cluster.on_quiet_worker import Measured, measure, where
+from tumble.compare.run.cluster.on_worker import Needed
 from tumble.compare.run.digest import NoValue, digest
 from tumble.compare.run.execution import EXECUTION
-from tumble.compare.run.on_worker import Needed, end_engines, engine_of, one_at_a_time
-from tumble.compare.run.process.message import frame
-from tumble.compare.run.provenance import processor
-from tumble.compare.run.sending import ATTEMPTS, unframed
+from tumble.compare.run.process.message import unframed
 from tumble.compare.run.status import Failure
 from tumble.compare.run.timing import machine_load
 from tumble.compare.run.timing.readings import Sampling
-from tumble.compare.run.timing.timing import Cost, Load, costs
+from tumble.compare.run.timing.timing import Cost, Load
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
 RESOURCE = {"quiet": 1}
+# A task whose worker ended is sent this many times.
+ATTEMPTS = 2
 # A quiet worker that ended has this long to come again [s].
 WAIT_S, LOOK_S = 20.0, 0.5
 
 log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class Measured:
-    """What a quiet worker measured.
-
-    costs: by the keys of the loads; where: the machine; under: the core, and the load average before and after.
-    """
-
-    costs: dict[str, Cost | Failure]
-    where: str
-    under: str
-
-
-def measure(needed: Mapping[str, Needed], loads: bytes, sampling: Sampling) -> bytes:
-    """On a quiet worker: return what each load costs, as a frame of `Measured`.  Raises BadCluster.
-
-    needed: engines by their titles; loads: by their keys, each with a title in place of the engine.
-    """
-    import cloudpickle
-
-    with one_at_a_time, pinned() as core:
-        end_engines()  # those of other tasks are not on this core
-        try:
-            engines = {title: engine_of(one) for title, one in needed.items()}
-            asked = {
-                key: replace(load, running_engine=engines[title])
-                for key, (title, load) in cloudpickle.loads(loads).items()
-            }
-            machine_load.seen.clear()
-            before = psutil.getloadavg()[0]
-            found = costs(asked, sampling)
-            load = f"load average {before:.2f} before, {psutil.getloadavg()[0]:.2f} after"
-            return b"".join(frame(Measured(found, where(), ", ".join((core, load, *machine_load.seen)))))
-        finally:
-            end_engines()
-
-
-def where() -> str:
-    """Return what tells a machine from others."""
-    return f"{platform.node()} ({processor()}, {os.cpu_count()} cores)"
-
-
-@contextmanager
-def pinned() -> Iterator[str]:
-    """Run this thread, and the processes that it starts in the block, on one core where the system can do that."""
-    if not hasattr(os, "sched_setaffinity"):
-        yield "not pinned to a core"
-        return
-    cores = os.sched_getaffinity(0)
-    core = max(cores)  # the first one often has the interrupts
-    os.sched_setaffinity(0, {core})
-    try:
-        yield f"pinned to core {core}"
-    finally:
-        os.sched_setaffinity(0, cores)
 
 
 @dataclass
@@ -117,7 +58,7 @@ class QuietWorkers:
         workers = self._workers()
         try:
             question = [[[key, load.running_engine.identity, as_sent(load)] for key, load in loads.items()], sampling]
-            needed = {title: Needed.of(engine) for title, engine in engines.items()}
+            needed = {title: Needed.of(engine, self.client.id) for title, engine in engines.items()}
         except NoValue as why:
             return self._here(str(why))
         self._is_known = self._is_known or bool(workers)
@@ -143,7 +84,7 @@ class QuietWorkers:
         for _ in range(ATTEMPTS):
             future = self.client.submit(
                 measure, needed, payload, sampling, resources=RESOURCE, pure=False, retries=0,
-                key=f"tumble-times-{next(self._numbers)}-{digest([*loads])}",
+                key=f"tumble-times-{self.client.id}-{next(self._numbers)}-{digest([*loads])}",
             )  # fmt: skip
             try:
                 if not self._awaited(future):
@@ -184,7 +125,7 @@ class QuietWorkers:
 
     def _there(self, scene: str, found: Measured) -> dict[str, Cost | Failure]:
         self._say(f"run times are measured on {found.where}, one scene at a time: ratios never cross machines")
-        machine_load.measured[scene] = f"{found.where}, {found.under}"
+        machine_load.measured.setdefault(scene, []).append(f"{found.where}, {found.under}")
         return found.costs
 
     def _here(self, why: str) -> None:

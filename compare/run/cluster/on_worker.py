@@ -26,8 +26,12 @@ class BadCluster(UserError):
 
 @dataclass(frozen=True)
 class Needed:
-    """The engine of a task, and the versions that it must have on a worker; identity: of `RunningEngine`, digested."""
+    """The engine of a task, and the versions that it must have on a worker.
 
+    command: which command needs it, of several that share the workers; identity: of `RunningEngine`, digested
+    """
+
+    command: str
     engine: str
     title: str
     methods: tuple[str, ...]
@@ -39,10 +43,11 @@ class Needed:
     versions: tuple[tuple[str, str], ...]
 
     @classmethod
-    def of(cls, one: RunningEngine) -> "Needed":
+    def of(cls, one: RunningEngine, command: str) -> "Needed":
         """Return what a running engine is."""
         limits = one.worker.time_limit, one.worker.memory_limit
-        return cls(one.engine, one.title, one.methods, one.named, one.unasked, *limits, digest(one.identity), here())
+        asked = one.engine, one.title, one.methods, one.named, one.unasked
+        return cls(command, *asked, *limits, digest(one.identity), here())
 
 
 def here() -> tuple[tuple[str, str], ...]:
@@ -86,10 +91,12 @@ def engine_of(needed: Needed) -> RunningEngine:
 
 def running(needed: Needed) -> RunningEngine:
     """Start an engine.  Raises BadCluster for another version than at home."""
-    mine = dict(here())
+    from distributed import get_worker
+
+    mine, worker_name = dict(here()), f"worker {get_worker().address}"
     for what, value in needed.versions:
         if mine.get(what, "none") != value:
-            raise BadCluster(f"a worker has {what} {mine.get(what, 'none')}, here is {value}")
+            raise BadCluster(f"{worker_name} has {what} {mine.get(what, 'none')}, here is {value}")
     worker = Worker(needed.engine, needed.time_limit, needed.memory_limit)
     info = worker.describe()
     engine = RunningEngine(
@@ -98,11 +105,12 @@ def running(needed: Needed) -> RunningEngine:
     if digest(engine.identity) != needed.identity:
         worker.close()
         found = str(info) if isinstance(info, Failure) else f"version {info.version}"
-        raise BadCluster(f"a worker has another {needed.title} than here: {found}")
+        raise BadCluster(f"{worker_name} has another {needed.title} than here: {found}")
     return engine
 
 
-def end_engines() -> None:
-    """End all engines, also one that is at work, whose task then fails."""
-    while _engines:
-        _engines.popitem()[1].halt(for_good=True)
+def end_engines(command: str | None = None) -> None:
+    """End the engines of a command, of all commands where none is given, also one at work, whose task then fails."""
+    for needed in [*_engines]:
+        if command in (None, needed.command) and (engine := _engines.pop(needed, None)):
+            engine.halt(for_good=True)

@@ -4,13 +4,11 @@ import logging
 import os
 
 import pytest
-from dask import config
 from distributed import Client, Nanny, Scheduler, SpecCluster
 
-from tumble.compare.run import cluster
+from tumble.compare.run.cluster.quiet import QuietWorkers
 from tumble.compare.run.execution import Execution, executing
 from tumble.compare.run.provenance import conditions
-from tumble.compare.run.quiet import QuietWorkers
 from tumble.compare.run.running_engines import launched
 from tumble.compare.run.task_cache import TaskCache
 from tumble.compare.run.timing import machine_load
@@ -53,7 +51,6 @@ def scheduler():
     }
     options = {"host": "127.0.0.1", "port": 0, "dashboard": False}
     with (
-        config.set(cluster.SETTINGS),
         SpecCluster(spec, {"cls": Scheduler, "options": options}, silence_logs=logging.CRITICAL) as made,
         Client(made, set_as_default=False) as client,
     ):

@@ -1,0 +1,1 @@
+"""The workers of a Dask cluster: tasks run there, and what is saved is saved at home."""

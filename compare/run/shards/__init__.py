@@ -1,0 +1,1 @@
+"""Parts of a command that run apart, each of which leaves a folder, and the whole command made of these folders."""
