@@ -146,7 +146,8 @@ def _step(own: Step, steps: tuple[tuple[float, str], ...]) -> Hypothesis:
     more = [term if own.gyroscopic else "", update if own.rotation else ""]
     more.append("" if own.normalise_every else "never normalised")
     more.append(f"position moved in {own.substeps} substeps" if own.substeps > 1 else "")
-    axes = ("world" if own.stored == IN_WORLD else "body") if own.other_axes else ""
+    is_told = own.other_axes or (own.explicit and own.stored != MOMENTUM)
+    axes = ("world" if own.stored == IN_WORLD else "body") if is_told else ""
     more.append(f"angular velocity stored in {axes} axes" if axes else "")
     more.append(
         f"{own.steps_a_tick} steps from one impulse that is possible to the next" if own.steps_a_tick > 1 else ""

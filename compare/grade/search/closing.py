@@ -17,6 +17,8 @@ from tumble.compare.grade.search.proposals import STEPS
 # Residuals within the floor, an upper bound of rounding: one is larger if it is this many times another, but not if it
 # is below this share of the floor.
 LARGER, HIDDEN = 1.5, 0.5
+# A value that a person wrote is likelier than any other: it may leave more.
+LARGER_IF_PLAIN = 3.0
 # Significant digits of a value that a person wrote.
 FEW_DIGITS = (1, 2, 3, 4)
 # Other programs that are simulated finely.
@@ -43,9 +45,9 @@ class Closing:
         likely = self._search.alternatives(best.mistakes)[:ALTERNATIVES]
         return [each for each in map(self._evaluator.explain, likely) if each.within_floor]
 
-    def is_as_good(self, other: Explanation, best: Explanation) -> bool:
+    def is_as_good(self, other: Explanation, best: Explanation, larger: float = LARGER) -> bool:
         """Whether another explanation is within the floor too, and not larger as far as can be seen there."""
-        most_m = max(LARGER * best.weighted_rms_m, HIDDEN * self._evaluator.scale.floor_m)
+        most_m = max(larger * best.weighted_rms_m, HIDDEN * self._evaluator.scale.floor_m)
         return other.within_floor and other.weighted_rms_m <= most_m
 
     def _without_mistakes(self, best: Explanation) -> Explanation:
@@ -75,9 +77,9 @@ class Closing:
         return self._first_as_good(best, self._plainer_damping(best.mistakes))
 
     def _first_as_good(self, best: Explanation, others: Iterable[Mistakes]) -> Explanation:
-        """Return the first of other explanations that fits as well, if one does."""
+        """Return the first of other explanations, with plainer values, that fits nearly as well, if one does."""
         explained = map(self._evaluator.explain, others)
-        return next((other for other in explained if self.is_as_good(other, best)), best)
+        return next((other for other in explained if self.is_as_good(other, best, LARGER_IF_PLAIN)), best)
 
     def _plainer(self, mistakes: Mistakes, mistake: Mistake) -> Iterator[Mistakes]:
         """Yield mistakes with plainer values of one of them, the plainest first."""

@@ -33,6 +33,8 @@ SUBSTEPS = (1, 2, 4, 8)
 # Rotations, and whether the quaternion is normalised; and gyroscopic terms of explicit steps.
 ROTATIONS = (*((rotation, 1) for rotation in ROTATION), ("first order", 0))
 OF_EXPLICIT = ("none", "explicit", "implicit", "rescaled", "momentum")
+# Of these, the terms with which the angular velocity may as well be stored in the other axes: explicit steps differ then.
+STORED_EITHER_WAY = ("none", "explicit")
 # Steps from one instant to the next at which events happen.
 STEPS_A_TICK = (1, 2, 4, 8)
 # Row intervals by which rows may be late.
@@ -226,9 +228,12 @@ class Proposals:
         for kind in ("explicit",) if self._equal or is_factor else GYROSCOPIC:
             base = others if is_factor else without if kind != "none" else (*without, missing)
             for explicit, (rotation, normalise_every) in product((False, True), ROTATIONS):
-                if not explicit or kind in OF_EXPLICIT:
-                    own = Step(kind, rotation, normalise_every=normalise_every, explicit=explicit)
-                    yield SchemeKind((own,), base, self.schemes.step(own), 2)
+                for other_axes in (False, True) if explicit and kind in STORED_EITHER_WAY else (False,):
+                    if not explicit or kind in OF_EXPLICIT:
+                        own = Step(
+                            kind, rotation, normalise_every=normalise_every, other_axes=other_axes, explicit=explicit
+                        )
+                        yield SchemeKind((own,), base, self.schemes.step(own), 2)
         for hypothesis in self._methods:
             yield SchemeKind((hypothesis,), others, hypothesis, ORDERS.get(hypothesis.name, 1))
 
