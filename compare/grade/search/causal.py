@@ -100,6 +100,10 @@ class CausalSearch:
         self.look_at_all()
         return pool
 
+    def stop_at(self, stops_at: float) -> None:
+        """Raise SearchStopped from a processor time on [s]."""
+        self._stops_at = self._simulations.stops_at = stops_at
+
     def look_at_all(self) -> None:
         """Look at all of the run, whatever time that takes."""
         self._stops_at = np.inf
@@ -156,7 +160,8 @@ class CausalSearch:
     def _begin(self, until: float) -> None:
         self._until = until
         shells = Shells(self._sample, self._scale, self._points, until, self._events)
-        small = OF_FLOOR * self._scale.floor_m / (ERROR * self._scale.size_m)
+        floor_m = np.sqrt(3.0) * float(np.median(self._scale.floors_m.min(axis=1)))  # of the axis with most digits
+        small = OF_FLOOR * floor_m / (ERROR * self._scale.size_m)
         fineness = float(np.clip(UNIT * small**0.25, FINEST, COARSEST))
         self._simulations = Simulations(self._context, shells, self._stops_at, fineness)
         self._fit = Fit(self._simulations)

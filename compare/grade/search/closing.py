@@ -2,7 +2,11 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from itertools import takewhile
 from math import exp, log
+from time import thread_time
+
+import numpy as np
 
 from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_FORMS, DAMPING_PLACES, GYROSCOPIC, ROTATION
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes, with_value
@@ -13,6 +17,7 @@ from tumble.compare.grade.model.program_model import next_tick
 from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.proposals import STEPS
+from tumble.compare.grade.search.simulations import SearchStopped
 
 # Residuals within the floor, an upper bound of rounding: one is larger if it is this many times another, but not if it
 # is below this share of the floor.
@@ -28,10 +33,20 @@ TICKS = 60
 
 
 class Closing:
-    """Simplifies explanations."""
+    """Simplifies explanations, until it is stopped; is_stopped: it was."""
 
     def __init__(self, evaluator: Evaluator, search: CausalSearch) -> None:
         self._evaluator, self._proposals, self._search = evaluator, search.proposals, search
+        self._stops_at, self.is_stopped = np.inf, False
+
+    def stop_at(self, stops_at: float) -> None:
+        """Set the processor time at which to stop [s]."""
+        self._stops_at = stops_at
+        self._search.stop_at(stops_at)
+
+    def _is_late(self) -> bool:
+        self.is_stopped = self.is_stopped or thread_time() > self._stops_at
+        return self.is_stopped
 
     def simplified(self, best: Explanation) -> Explanation:
         """Return an explanation of everything without what has no effect, and with plain values."""
@@ -42,8 +57,16 @@ class Closing:
 
     def alternatives(self, best: Explanation) -> list[Explanation]:
         """Return explanations of everything that are one change away from one, or two of its mistakes made one."""
-        likely = self._search.alternatives(best.mistakes)[:ALTERNATIVES]
-        return [each for each in map(self._evaluator.explain, likely) if each.within_floor]
+        try:
+            likely = self._search.alternatives(best.mistakes)[:ALTERNATIVES]
+        except SearchStopped:
+            self.is_stopped = True
+            return []
+        return [each for each in self._explained(likely) if each.within_floor]
+
+    def _explained(self, several: Iterable[Mistakes]) -> Iterator[Explanation]:
+        """Yield what mistakes leave of all rows, until time is up."""
+        return (self._evaluator.explain(mistakes) for mistakes in takewhile(lambda _: not self._is_late(), several))
 
     def is_as_good(self, other: Explanation, best: Explanation, larger: float = LARGER) -> bool:
         """Whether another explanation is within the floor too, and not larger as far as can be seen there."""
@@ -54,11 +77,13 @@ class Closing:
         """Return an explanation without mistakes that have no effect, alone or with what its step does at ticks."""
         for mistake in best.mistakes:
             others = tuple(other for other in best.mistakes if other.hypothesis is not mistake.hypothesis)
-            for some in dict.fromkeys((others, self._with_plain_ticks(others))):
-                fewer = self._evaluator.explain(self._search.refitted(some))
-                if self.is_as_good(fewer, best):
-                    best = fewer
-                    break
+            wanted = dict.fromkeys((others, self._with_plain_ticks(others)))
+            try:
+                refitted = [self._search.refitted(some) for some in wanted]
+            except SearchStopped:
+                self.is_stopped = True
+                return best
+            best = next((fewer for fewer in self._explained(refitted) if self.is_as_good(fewer, best)), best)
         return best
 
     def _with_plain_ticks(self, mistakes: Mistakes) -> Mistakes:
@@ -78,8 +103,7 @@ class Closing:
 
     def _first_as_good(self, best: Explanation, others: Iterable[Mistakes]) -> Explanation:
         """Return the first of other explanations, with plainer values, that fits nearly as well, if one does."""
-        explained = map(self._evaluator.explain, others)
-        return next((other for other in explained if self.is_as_good(other, best, LARGER_IF_PLAIN)), best)
+        return next((other for other in self._explained(others) if self.is_as_good(other, best, LARGER_IF_PLAIN)), best)
 
     def _plainer(self, mistakes: Mistakes, mistake: Mistake) -> Iterator[Mistakes]:
         """Yield mistakes with plainer values of one of them, the plainest first."""
@@ -98,27 +122,29 @@ class Closing:
             yield with_value(mistakes, hypothesis, _in_digits(value, digits))
 
     def _plainer_damping(self, mistakes: Mistakes) -> Iterator[Mistakes]:
-        """Yield mistakes with damping of plainer rates, in the form that has them: all of it has one form.
+        """Yield mistakes with damping of plainer rates, in the form that has them: all of it has one form and one place.
 
         c dt, exp(-c dt) and 1/(1 + c dt) reduce a velocity equally in a step, with different rates c.
         """
-        damping = [
-            m for m in mistakes if m.hypothesis.name in (LINEAR_DAMPING, ANGULAR_DAMPING) and m.hypothesis.details
-        ]
+        damping = [m for m in mistakes if m.hypothesis.name in (LINEAR_DAMPING, ANGULAR_DAMPING)]
         step = next((m.value for m in mistakes if m.hypothesis.part == STEPS), 0.0)
         others = tuple(m for m in mistakes if m not in damping)
-        for digits in FEW_DIGITS if damping else ():
+        number_of = {words: number for number, words in DAMPING_PLACES.items()}
+        details = [dict(m.hypothesis.details) for m in damping]
+        places = [number_of[each["damping-place"]] for each in details if each]
+        place = next((number for number in places if number != AS_FORCE), AS_FORCE)
+        for digits in FEW_DIGITS if any(details) else ():
             for form, text in DAMPING_FORMS.items():
                 found = []
                 for one in damping:
-                    details = dict(one.hypothesis.details)
-                    place = next(key for key, words in DAMPING_PLACES.items() if words == details["damping-place"])
                     rate = one.value
                     if place != AS_FORCE and step:
-                        rate = rate_of_a_step(left_in_a_step(rate * step, details["damping-form"]), text) / step
+                        own = dict(one.hypothesis.details).get("damping-form", DAMPING_FORMS[LINEARLY])
+                        rate = rate_of_a_step(left_in_a_step(rate * step, own), text) / step
                     kind = one.hypothesis.name.partition("-")[0]
-                    own = self._proposals.schemes.damping(kind, place, form if place != AS_FORCE else LINEARLY)
-                    found.append(Mistake(own, _in_digits(rate, digits)))
+                    one_form = form if place != AS_FORCE else LINEARLY
+                    hypothesis = self._proposals.schemes.damping(kind, place, one_form)
+                    found.append(Mistake(hypothesis, _in_digits(rate, digits)))
                 yield self._proposals.ordered((*others, *found))
 
     def _without_details(self, best: Explanation) -> Explanation:
@@ -130,12 +156,12 @@ class Closing:
             return best
         for detail, others in (("gyroscopic", GYROSCOPIC), ("rotation", ROTATION)):
             kept = getattr(own, detail)
-            tried = (
-                self._evaluator.explain(self._with_step(best.mistakes, step, replace(own, **{detail: other})))
+            tried = self._explained(
+                self._with_step(best.mistakes, step, replace(own, **{detail: other}))
                 for other in others
                 if other not in (kept, "none")
             )
-            if kept and all(self.is_as_good(each, best) for each in tried):
+            if kept and all(self.is_as_good(each, best) for each in tried) and not self._is_late():
                 own = replace(own, **{detail: ""})
         return self._evaluator.explain(self._with_step(best.mistakes, step, own))
 

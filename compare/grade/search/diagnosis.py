@@ -9,6 +9,7 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
 from tumble.compare.grade.hypotheses.explanation import Explanation
+from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.measure.significance import ALIKE
 from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.compare.grade.search.causal import CausalSearch
@@ -21,6 +22,8 @@ FINALISTS = 6
 # An explanation with fewer mistakes must leave this many times as much to be worse; more, if what is left with more
 # mistakes is not noise, since any fitted value explains a part of a systematic residual.
 LEAST_HELP, MUCH_HELP = 1.1, 1.5
+# Processor time beyond that of a search in which explanations are simplified and compared with others [s].
+CLOSING_S = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +73,7 @@ def diagnosed(
     -------
     the diagnosis
     """
+    begin = thread_time()
     null = evaluator.explain(())
     if null.within_floor:
         return _ranked(evaluator, null, [])
@@ -79,19 +83,37 @@ def diagnosed(
     if not (explained and explained[0].within_floor):
         if explained:
             on_nearest(explained[0])
-        found = search.candidates(thread_time() + search_s, on_progress)
+        found = search.candidates(begin + search_s, on_progress)
         explained += [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
     explained.sort(key=by_weight)
-    if explained and explained[0].within_floor:
-        whole = [closing.simplified(each) for each in explained if each.within_floor]
-        others = closing.alternatives(min(whole, key=by_weight))
-        explained = [*whole, *others, *(each for each in explained if not each.within_floor)]
-        if (best := min(explained, key=by_weight)) in others:
-            explained.append(closing.simplified(best))
+    closing.stop_at(begin + search_s + CLOSING_S)
+    explained = _closed(explained, closing)
+    closing.stop_at(np.inf)
     evaluator.trials += search.trials
     ranked = _ranked(evaluator, null, explained)
-    stopped = search_s if search.is_stopped else 0.0
+    stopped = search_s if search.is_stopped or closing.is_stopped else 0.0
     return replace(ranked, stopped_s=stopped, engines=engine_search.fitting(ranked.best, closing))
+
+
+def _closed(explained: Sequence[Explanation], closing: Closing) -> list[Explanation]:
+    """Return explanations, best first, with those of everything simplified, and others that are as good as these."""
+    whole = [closing.simplified(each) for each in explained if each.within_floor]
+    if not whole:
+        return list(explained)
+    alternatives = closing.alternatives(min(whole, key=by_weight))
+    # The values of a simplified one are plain, so another one with the same mistakes is no better.
+    others = [one for one in alternatives if all(_hypotheses(one) != _hypotheses(each) for each in whole)]
+    for _ in range(len(others)):
+        best = min((*whole, *others), key=by_weight)
+        if best in whole:
+            break
+        others.remove(best)
+        whole.append(closing.simplified(best))
+    return [*whole, *others, *(each for each in explained if not each.within_floor)]
+
+
+def _hypotheses(explanation: Explanation) -> set[Hypothesis]:
+    return {mistake.hypothesis for mistake in explanation.mistakes}
 
 
 def _ranked(evaluator: Evaluator, null: Explanation, found: Sequence[Explanation]) -> Diagnosis:
