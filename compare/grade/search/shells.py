@@ -25,6 +25,8 @@ NEAR = 10.0
 LARGEST = 2.0
 # Vertices whose smallest extent is below this share of the largest lie in a plane.
 FLAT = 1e-6
+# Their distances are those of a rigid body if a pose leaves at most so many floors.
+RIGID = 20.0
 # What is left for the translation, over its rounding, so that equations can be solved.
 REGULAR = 1e-12
 
@@ -47,7 +49,7 @@ class Shells:
         self._trust = 1.0 / self.floors_m[:, None, :]
         self._reach = float(np.sqrt((points**2).sum(axis=1).mean())) or 1.0
         self._points = points
-        self.is_pose, self._x, self._axes = _affine(vertices, points)
+        self.is_pose, self._x, self._axes = _affine(vertices, points, self.floors_m)
         self._vertices = vertices
         edges, size = [0], 0
         for size in SHELLS:
@@ -158,8 +160,11 @@ def _chosen(times: Array, until: float, events: Array) -> np.ndarray:
     return chosen[(chosen >= 0) & (chosen < count)]
 
 
-def _affine(vertices: Array, points: Array) -> tuple[bool, Array, Array]:
-    """Return the affine maps of points, (K, 3), to vertices, (T, K, 3): whether they are known, x and axes."""
+def _affine(vertices: Array, points: Array, floors_m: Array) -> tuple[bool, Array, Array]:
+    """Return the affine maps of points, (K, 3), to vertices, (T, K, 3): whether they are known, x and axes.
+
+    Of points in a plane, only a rotation is known; floors_m: of vertices, which show whether it is one, (T, 3).
+    """
     nothing = np.zeros((len(vertices), 3)), np.zeros((len(vertices), 3, 3))
     centred = points - points.mean(axis=0)
     extent = np.linalg.svd(centred, compute_uv=False) if len(points) >= 3 else np.zeros(3)
@@ -167,7 +172,10 @@ def _affine(vertices: Array, points: Array) -> tuple[bool, Array, Array]:
         return False, *nothing
     if extent[2] <= FLAT * extent[0]:
         poses = fitted_pose(vertices, points)
-        return True, poses[:, 0:3], rotation_matrix(poses[:, 3:7])
+        x, axes = poses[:, 0:3], rotation_matrix(poses[:, 3:7])
+        off = vertices - x[:, None] - np.einsum("tij,kj->tki", axes, points)
+        is_rigid = bool((np.abs(off) <= RIGID * floors_m[:, None]).all())
+        return (True, x, axes) if is_rigid else (False, *nothing)
     full = np.column_stack((np.ones(len(points)), points))
     maps = np.einsum("pk,tki->tpi", np.linalg.pinv(full), vertices)
     return True, maps[:, 0], np.swapaxes(maps[:, 1:], 1, 2)
