@@ -122,7 +122,7 @@ class Closing:
             yield with_value(mistakes, hypothesis, _in_digits(value, digits))
 
     def _plainer_damping(self, mistakes: Mistakes) -> Iterator[Mistakes]:
-        """Yield mistakes with damping of plainer rates, in the form that has them: all of it has one form and one place.
+        """Yield mistakes with damping of plainer rates, in the form that has them; all has one form and place.
 
         c dt, exp(-c dt) and 1/(1 + c dt) reduce a velocity equally in a step, with different rates c.
         """

@@ -33,7 +33,7 @@ SUBSTEPS = (1, 2, 4, 8)
 # Rotations, and whether the quaternion is normalised; and gyroscopic terms of explicit steps.
 ROTATIONS = (*((rotation, 1) for rotation in ROTATION), ("first order", 0))
 OF_EXPLICIT = ("none", "explicit", "implicit", "rescaled", "momentum")
-# Of these, the terms with which the angular velocity may as well be stored in the other axes: explicit steps differ then.
+# Of these, the terms with which the angular velocity may as well be stored in the other axes, which matters then.
 STORED_EITHER_WAY = ("none", "explicit")
 # Steps from one instant to the next at which events happen.
 STEPS_A_TICK = (1, 2, 4, 8)
