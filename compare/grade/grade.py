@@ -197,7 +197,7 @@ class Grade:
         It rounds in each step, so its effect is known only if the steps are.
         """
         has_step = any(m.hypothesis.part == "steps" for m in diagnosis.best.mistakes)
-        is_left = diagnosis.best.rms_m > ROUNDING_LEFT * self.scale.floor_m
+        is_left = diagnosis.best.rms_m > ROUNDING_LEFT * root_mean_square(self.scale.floors_m)
         return is_left and not (has_step or self.measured.single or diagnosis.best.is_noise)
 
     @property

@@ -73,20 +73,20 @@ def diagnosed(
     -------
     the diagnosis
     """
-    begin = thread_time()
     null = evaluator.explain(())
     if null.within_floor:
         return _ranked(evaluator, null, [])
     search = CausalSearch(evaluator)
     engine_search, closing = EngineSearch(evaluator, search, engines), Closing(evaluator, search)
     explained = engine_search.defaults()
+    stops_at = thread_time() + search_s
     if not (explained and explained[0].within_floor):
         if explained:
             on_nearest(explained[0])
-        found = search.candidates(begin + search_s, on_progress)
+        found = search.candidates(stops_at, on_progress)
         explained += [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
     explained.sort(key=by_weight)
-    closing.stop_at(begin + search_s + CLOSING_S)
+    closing.stop_at(max(stops_at, thread_time()) + CLOSING_S)
     explained = _closed(explained, closing)
     closing.stop_at(np.inf)
     evaluator.trials += search.trials
