@@ -43,6 +43,8 @@ MUCH = 30.0
 VALUED, VAGUE = 0.85, 0.7
 
 
+# Two programs leave nearly the same if their largest squares differ by no more than this factor.
+ALIKE_SQUARES = 9.0
 # Residual in floors that is as good as infinite.
 HUGE = 1e12
 
@@ -115,9 +117,15 @@ class CausalSearch:
         weights = self._profiled(programs, np.empty(0))
         return [programs[n] for n in np.argsort(weights, kind="stable")[:count]]
 
-    def is_near(self, mistakes: Mistakes) -> bool:
-        """Return whether what a program leaves of the run is small enough to look at it more closely."""
-        return self._simulations.shells.is_near(self._simulations.errors([mistakes])[0])
+    def is_near(self, mistakes: Mistakes, other: Mistakes) -> bool:
+        """Return whether what a program leaves of the run is small enough to look at it more closely.
+
+        It is if it is nearly within the floor, or nearly what another one leaves that has been looked at.
+        """
+        shells, (own, known) = self._simulations.shells, self._simulations.errors([mistakes, other])
+        return shells.is_near(own) or float(shells.squares(own[None]).max()) <= ALIKE_SQUARES * float(
+            shells.squares(known[None]).max()
+        )
 
     def refitted(self, mistakes: Mistakes) -> Mistakes:
         """Return mistakes with values fitted to all of the run."""

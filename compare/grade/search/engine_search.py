@@ -46,7 +46,9 @@ class EngineSearch:
             named = []
             for scheme, shift in product(self._engines, shifts):
                 mistakes = self._mistakes(SteppedScheme(scheme, scheme.step or step, shift, force))
-                if self._search.is_near(mistakes) and closing.is_as_good(self._evaluator.explain(mistakes), best):
+                if self._search.is_near(mistakes, best.mistakes) and closing.is_as_good(
+                    self._evaluator.explain(mistakes), best
+                ):
                     named.append(scheme.engine)
             if named or (force and not self._evaluator.context.program.impulses):
                 return tuple(dict.fromkeys(named))
