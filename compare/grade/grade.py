@@ -168,13 +168,9 @@ class Grade:
         if diagnosis.engines:
             return False
         fitted = [m for m in diagnosis.best.mistakes if m.hypothesis.fitted and not m.has_named_value]
-        is_alone = len(diagnosis.best.mistakes) == 1
         near = NEARLY_RIGHT_OF_SEVERAL if len(fitted) > 1 else NEARLY_RIGHT
         nearly_right = [m for m in fitted if not (m.hypothesis.unit or m.hypothesis.scale) and abs(m.value - 1) < near]
-        near = NEARLY_RIGHT if is_alone else NEARLY_RIGHT_OF_SEVERAL
-        for m in (m for m in fitted if m.hypothesis.scale):
-            off = np.abs(np.subtract(m.value, m.hypothesis.values[0])).max()
-            nearly_right += [m] if off < near * m.hypothesis.scale else []
+        nearly_right += [m for m in fitted if m.hypothesis.scale and np.abs(m.value).max() < near * m.hypothesis.scale]
         if nearly_right or len(fitted) > MOST_FITTED:
             return True
         values = {m.hypothesis.part: m for m in diagnosis.best.mistakes}
