@@ -49,8 +49,6 @@ from tumble.scenarios.scene import Scene
 
 # Errors below this many floors are attributed only to a known engine scheme.
 BARELY = 10.0
-# A program without known steps leaves at most so many floors of the printed digits.
-ROUNDING_LEFT = 3.0
 # A residual is accepted as noise only if it is at most this share of the error.
 LEFT_AS_NOISE = 0.2
 # An explanation that leaves more than this share of the error does not explain it.
@@ -145,8 +143,7 @@ class Grade:
         if not diagnosis.engines and diagnosis.null.weighted_rms_m <= BARELY * self.scale.floor_m:
             return TOO_LITTLE
         if best.within_floor or (best.is_noise and best.rms_m <= LEFT_AS_NOISE * diagnosis.null.rms_m):
-            is_doubtful = self._is_contrived(diagnosis) or self._is_by_rounding(diagnosis)
-            return EXPLAINED_PARTLY if is_doubtful else EXPLAINED_WHOLLY
+            return EXPLAINED_PARTLY if self._is_contrived(diagnosis) else EXPLAINED_WHOLLY
         if self.hidden_by_single:
             return TOO_LITTLE
         # Any method of higher order explains a part of an error that is as small as it leaves.
@@ -186,15 +183,6 @@ class Grade:
         tick = values["clock tick"].value if "clock tick" in values else self.measured.spacing_s
         count = tick / values["steps"].value
         return abs(count - round(count)) > WHOLE or round(count) == 0
-
-    def _is_by_rounding(self, diagnosis: Diagnosis) -> bool:
-        """Whether only single precision could be the reason of what the best explanation leaves, but nothing shows it.
-
-        It rounds in each step, so its effect is known only if the steps are.
-        """
-        has_step = any(m.hypothesis.part == "steps" for m in diagnosis.best.mistakes)
-        is_left = diagnosis.best.rms_m > ROUNDING_LEFT * root_mean_square(self.scale.floors_m)
-        return is_left and not (has_step or self.measured.single or diagnosis.best.is_noise)
 
     @property
     def is_coarse(self) -> bool:
