@@ -10,7 +10,7 @@ from tumble.compare.contact.schemas import VERDICT_WORDS, ContactRow
 from tumble.compare.tables.shared import FindingRow
 
 RIGHT = next(iter(VERDICT_WORDS))
-SINKS = "sinks by"
+SINKS, PYRAMID = "sinks by", "another law: pyramid"
 # Law errors that agree to so many digits are equally large, and the first of them is named.
 DIGITS = 2
 COMPONENT = re.compile(r", [xyz]$")
@@ -25,7 +25,7 @@ class ContestantLaw:
     scene : name of the scene
     engine : name of the engine
     method : METHOD[@TOLERANCE]
-    verdict : the gravest
+    verdict : the gravest, and beside a graver one the pyramid of its friction
     worst : row with the largest law error; None where every row is right
     share : that law error over the true value, of a component over its vector; 0 where there is none
     """
@@ -80,7 +80,7 @@ def largest(laws: Iterable[ContestantLaw]) -> ContestantLaw:
 
 
 def law(rows: Sequence[ContactRow]) -> tuple[str, ContactRow | None, float]:
-    """Return the gravest verdict, the row with the largest law error, and that error's share."""
+    """Return the gravest verdict, beside it the pyramid, the row with the largest law error, and that error's share."""
     rows = [row for row in rows if not row.observable.endswith(BY_OWN_LAW)]
     verdict = worst_verdict([row.verdict for row in rows])
     if verdict.startswith(SINKS):
@@ -88,7 +88,9 @@ def law(rows: Sequence[ContactRow]) -> tuple[str, ContactRow | None, float]:
     wrong = [row for row in rows if row.verdict != RIGHT and not row.verdict.startswith(SINKS)]
     shares = [(abs(error), row) for row in wrong if (error := law_share(row, rows)) is not None]
     largest_share, row = max(shares, key=lambda one: one[0], default=(0.0, None))
-    return verdict, row or next(iter(wrong), None), largest_share
+    pyramid = next((row.verdict for row in rows if row.verdict.startswith(PYRAMID)), verdict)
+    said = verdict if pyramid == verdict else f"{verdict}; {pyramid}"
+    return said, row or next(iter(wrong), None), largest_share
 
 
 def worst_verdict(said: Sequence[str]) -> str:

@@ -22,6 +22,8 @@ SAFE, NEARLY = 1.0 - 1e-9, 1e-6
 # Of the reach: what a Newton's step may leave.
 LEFT = 2.0**-56
 MOST_ADVANCES, MOST_NEWTON = 20_000, 60
+# Of a disc's step: its parts, how much shorter than all before the last one is, and what of a part is taken.
+MOST_PARTS, SHORT, ALMOST = 20, 0.1, 1.0 - 1e-7
 NONE, MET, LOST = 0, 1, 2
 
 
@@ -49,8 +51,25 @@ def turned_freely(q: Quaternion, l_body: Vector, t: float, ground: Ground) -> tu
     if g[0] == 0.0 and g[1] == 0.0 and g[2] == 0.0:
         turn = exponential(scale(t / 2.0, times(ground.inverse_moments, l_body)))
         return normalise(product(q, turn)), l_body
+    if g[0] == 0.0 or g[1] == 0.0 or g[2] == 0.0:
+        return _turned_top(q, l_body, t, ground)
     q, l_body = _turned(q, _swept(l_body), t, ground.inverse_moments, g)
     return normalise(q), l_body
+
+
+@inner
+def _turned_top(q: Quaternion, l_body: Vector, t: float, ground: Ground) -> tuple[Quaternion, Vector]:
+    """Return the same of a symmetric body: its axis goes round L at |L| / I, and it turns about the axis as well."""
+    g, per_moment, zero = ground.gyroscopic, ground.inverse_moments, 0.0
+    if g[0] == zero:
+        along, across, axis = g[1] * l_body[0], per_moment[1], (1.0, zero, zero)
+    elif g[1] == zero:
+        along, across, axis = g[2] * l_body[1], per_moment[0], (zero, 1.0, zero)
+    else:
+        along, across, axis = g[0] * l_body[2], per_moment[0], (zero, zero, 1.0)
+    own = exponential(scale(0.5 * t * along, axis))
+    turn = product(exponential(scale(0.5 * t * across, l_body)), own)
+    return normalise(product(q, turn)), rotate_back(own, l_body)
 
 
 @inner
@@ -208,24 +227,26 @@ def search(
 def _search_rims(
     z: float, q: Quaternion, v_z: float, l_body: Vector, begun: float, until: float, ground: Ground
 ) -> tuple[int, float, int]:
-    """Return the same of a disc: no point p of it is below
-
-    h + h' t + g t^2 / 2 - a |P (n + n' t)| - b |z (n + n' t)| - w^2 |p| t^2, P across the axis, which is concave.
-    """
+    """Return the same of a disc."""
     fastest, pull = fastest_spin(q, l_body, ground), ground.gravity[2]
-    bend = fastest * fastest * ground.reach - 0.5 * pull
+    third = greatest_jerk(fastest, ground)
     t = begun
     for _ in range(MOST_ADVANCES):
-        now = moving_at(z, q, v_z, l_body, t, ground)
+        height, rate = z + t * v_z + 0.5 * pull * t * t, v_z + pull * t
         close = ground.reach * (NEAR + LOST_PER_RADIAN * (1.0 + fastest * t))
-        least = math.inf
-        for number in range(rim_count(ground)):
-            p = on_rim(now.normal, number, ground)
-            above = now.height + dot(now.normal, p)
-            least = min(least, above)
-            if above < close and t > 0.0 and now.rate + dot(now.first, p) < 0.0:
-                return _refined_rim(z, q, v_z, l_body, t, number, fastest, ground)
-        step = _safe_rims(now, now.height - min(least, 0.0), bend, until - t + 1.0, ground)
+        clear = height - ground.reach - close
+        if clear > ground.reach:
+            step = _safe_parabola(clear, rate, pull)
+        else:
+            now = moving_at(z, q, v_z, l_body, t, ground)
+            least = 0.0
+            for number in range(rim_count(ground)):
+                p = on_rim(now.normal, number, ground)
+                above = height + dot(now.normal, p)
+                least = min(least, above)
+                if above < close and t > 0.0 and rate + dot(now.first, p) < 0.0:
+                    return _refined_rim(z, q, v_z, l_body, t, number, fastest, ground)
+            step = _safe_rims(now, height - least, third, until - t + 1.0, ground)
         if not step > 0.0:
             return LOST, t, 0
         t += step
@@ -235,17 +256,62 @@ def _search_rims(
 
 
 @inner
-def _safe_rims(now: Moving, height: float, bend: float, most: float, ground: Ground) -> float:
-    """Return how long no point of a disc can be below the plane, at most so long, by halving."""
-    low, high = 0.0, most
-    t = high
-    while True:
-        m = add(now.normal, scale(t, now.first))
-        lowest = ground.rim * math.hypot(m[0], m[1]) + ground.half * abs(m[2])
-        low, high = (t, high) if height + t * (now.rate - bend * t) - lowest >= 0.0 else (low, t)
-        if high - low <= 1e-3 * high or high <= 1e-15 * most:
-            return low
-        t = 0.5 * (low + high)
+def _safe_rims(now: Moving, height: float, third: float, most: float, ground: Ground) -> float:
+    """Return how long no point of a disc can be below the plane, at most so long: in parts, while they are long."""
+    t = 0.0
+    for _ in range(MOST_PARTS):
+        part = _safe_part(now, height, third, t, most - t, ground)
+        t += part
+        if t >= most or part < SHORT * t:
+            break
+    return t
+
+
+@inner
+def _safe_part(now: Moving, height: float, third: float, t: float, most: float, ground: Ground) -> float:
+    """Return how long after t no point of a disc can be below the plane, at most so long.
+
+    With m = n + n' t + n'' t^2 / 2, P across the axis, z along it, a the radius and b half the thickness, the lowest
+    point is above the plane by at least the centre's height less a |P m| + b |z m| + |p| J t^3 / 6.  From t on, by u,
+    m is m + m' u + n'' u^2 / 2: what a |P m| + b |z m| is of the tangent, and u^2 / 2 times what it is of n'', are
+    together no less than it is.  So bounded the height is concave in u: its zero is found by Newton's steps.
+    """
+    pull, jerk = ground.gravity[2], third * ground.reach
+    m = add(now.normal, scale(t, add(now.first, scale(0.5 * t, now.second))))
+    m_1 = add(now.first, scale(t, now.second))
+    z, z_1 = height + t * (now.rate + 0.5 * t * pull), now.rate + t * pull
+    bend = max(0.5 * (_beneath(now.second, now.second, ground)[0] - pull), 0.0)
+    u = 0.0
+    for tries in range(MOST_NEWTON):
+        lowest, falls = _beneath(add(m, scale(u, m_1)), m_1, ground)
+        after = t + u
+        value = z + u * (z_1 - bend * u) - lowest - jerk * after * after * after / 6.0
+        slope = z_1 - 2.0 * bend * u - falls - 0.5 * jerk * after * after
+        if tries == 0:
+            # The bound is nowhere above this parabola.
+            square = slope * slope + 4.0 * bend * max(value, 0.0)
+            if slope >= 0.0:
+                u = (slope + math.sqrt(square)) / (2.0 * bend) if bend > 0.0 else most
+            else:
+                u = 2.0 * max(value, 0.0) / (math.sqrt(square) - slope)
+            u = min(u, most)
+        elif value >= 0.0:
+            return u
+        else:
+            # Newton's steps come from beyond the zero: a little less is before it, once they are near.
+            u = max(ALMOST * (u - value / slope), 0.0)
+    return 0.0
+
+
+@inner
+def _beneath(m: Vector, m_1: Vector, ground: Ground) -> tuple[float, float]:
+    """Return a |P m| + b |z m|, how far a disc reaches against m, and its rate."""
+    size = math.sqrt(m[0] * m[0] + m[1] * m[1])
+    turns = (m[0] * m_1[0] + m[1] * m_1[1]) / size if size > 0.0 else 0.0
+    return (
+        ground.rim * size + ground.half * abs(m[2]),
+        ground.rim * turns + math.copysign(ground.half * m_1[2], m[2] * m_1[2]),
+    )
 
 
 @inner

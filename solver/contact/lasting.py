@@ -276,17 +276,17 @@ def _is_in_a_plane(q: Quaternion, w: Vector, first: int, second: int, still: flo
 def _next_step(row: Array, state: State, first: int, second: int, ground: Ground) -> None:
     """Set the length of a step of a pinned motion, up to where it ends."""
     slopes = np.empty((12, 13))
-    length = pinned.good_step(state, 2.0 * row[LENGTH], first, second, ground, slopes)
+    length, then = pinned.good_step(state, 2.0 * row[LENGTH], first, second, ground, slopes)
     row[LENGTH] = length
     row[UNTIL], row[THEN] = length, GOES_ON
-    then = pinned.step(state, length, first, second, ground, slopes)
     lowest = _lowest(then, first, second, ground)
     if ground.rim > 0.0 and abs(rotate(then[1], (0.0, 0.0, 1.0))[2]) > 1.0 - NEARLY_FLAT:
         end(row, RIM)
         return
     if _gap(then, lowest, ground) < 0.0 and lowest != -1:
         row[UNTIL], row[THEN] = _zero(state, length, first, second, lowest, ground, slopes), LANDS
-    if pinned.hold(pinned.step(state, row[UNTIL], first, second, ground, slopes), first, second, ground) < 0.0:
+        then = pinned.step(state, row[UNTIL], first, second, ground, slopes)
+    if pinned.hold(then, first, second, ground) < 0.0:
         row[UNTIL], row[THEN] = _zero(state, row[UNTIL], first, second, NO_POINT, ground, slopes), ENDS
 
 

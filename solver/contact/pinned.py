@@ -116,8 +116,10 @@ def _off(slopes: Array, length: float, sizes: tuple[float, float, float]) -> flo
 
 
 @inner
-def good_step(state: State, length: float, first: int, second: int, ground: Ground, slopes: Array) -> float:
-    """Return how long a step [s] is within the tolerance, no longer than one that turns the body far."""
+def good_step(
+    state: State, length: float, first: int, second: int, ground: Ground, slopes: Array
+) -> tuple[float, State]:
+    """Return how long a step [s] is within the tolerance, no longer than one that turns the body far, and its end."""
     w = spin_of(state[1], state[3], ground)
     pull = math.sqrt(dot(ground.gravity, ground.gravity))
     swing = math.sqrt(pull / ground.reach)
@@ -125,13 +127,14 @@ def good_step(state: State, length: float, first: int, second: int, ground: Grou
     length = min(length, LARGEST_TURN / rate) if length > 0.0 else 0.5 * LARGEST_TURN / rate
     least = min(ground.moments[0], ground.moments[1], ground.moments[2])
     sizes = (ground.reach, ground.reach * rate, least * rate)
+    then = step(state, length, first, second, ground, slopes)
     for _ in range(MOST_TRIES):
-        step(state, length, first, second, ground, slopes)
         off = _off(slopes, length, sizes) / TOLERANCE
         if off <= 1.0:
             break
         length *= max(0.2, 0.9 * off**-0.125)
-    return length
+        then = step(state, length, first, second, ground, slopes)
+    return length, then
 
 
 @inner

@@ -17,9 +17,12 @@ from tumble.scenarios.read import contact_catalogue, read_scene
 from tumble.scenarios.scene import frozen_array
 from tumble.scenarios.truth import NoTruth, truth
 from tumble.scenarios.truth.contact.impact import _with_friction
+from tumble.solver.body import Body
 from tumble.solver.contact.compliant import softness_of
+from tumble.solver.contact.flight import ContactFlight
 from tumble.solver.contact.impact import velocity_after
 from tumble.solver.contact.methods import CONTACT_METHODS
+from tumble.solver.flight import Flight
 
 # Doubles beside 100 bits: what 1e4 operations and a growth of some hundred by the impacts may leave, over the size.
 ROUNDING = 1e-12
@@ -58,6 +61,20 @@ def test_events_on_random_scenes(family, tmp_path):
         assert off(scene, true, "events")[0] < ROUNDING, seed
         tried += 1
     assert tried
+
+
+@pytest.mark.parametrize("moments", [(0.3, 0.7, 0.7), (0.7, 0.3, 0.7), (0.7, 0.7, 0.3)])
+def test_a_symmetric_body_turns_as_the_exact_method_has_it(moments):
+    start = np.random.default_rng(27).normal(size=(20, 13))
+    start[:, 3:7] /= np.linalg.norm(start[:, 3:7], axis=1, keepdims=True)
+    states = []
+    for flight in (ContactFlight(Body(1.3, moments), "events", None, None), Flight(Body(1.3, moments), "exact")):
+        flight.write(start)
+        flight.advance(1, 3.0)
+        states.append(flight.read())
+    apart = np.abs(states[0] - states[1])
+    apart[:, 3:7] = np.minimum(apart[:, 3:7], np.abs(states[0] + states[1])[:, 3:7])
+    assert apart.max() < 1e-13
 
 
 def test_a_method_without_contact_says_so():

@@ -171,8 +171,13 @@ class Sending:
             if type(error).__name__ != "KilledWorker":
                 raise error  # type: ignore[misc]
             return self._after_death(batch)
+        if future.status == "lost" and self.client.status == "running":
+            # Its worker ended with the results before they were fetched: no task of it ended that worker.
+            future.cancel()
+            self._again += batch
+            return []
         if future.status != "finished":
-            return None  # cancelled or lost, which it is only with the scheduler
+            return None  # cancelled, which it is only with the scheduler
         try:
             took_s, frames = future.result()
         except (OSError, CancelledError):

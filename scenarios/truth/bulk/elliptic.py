@@ -7,9 +7,9 @@ so that no inverse function is needed but once a throw.
 from typing import Any, NamedTuple
 
 from tumble.scenarios.frames import Array
-from tumble.scenarios.truth.bulk.lanes import any_of, arctangent, lanes, load, size, store
 from tumble.scenarios.truth.bulk.number import Number, bits, cos_sin, near, number, rest, root, where
 from tumble.scenarios.truth.compilation import inner
+from tumble.scenarios.truth.lanes import any_of, arctangent, lanes, load, size, store
 
 # More steps than the means, or a duplication, take for any modulus that doubles can hold.
 MOST = 20

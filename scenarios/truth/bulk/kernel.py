@@ -6,7 +6,6 @@ import numpy as np
 
 from tumble.scenarios.frames import Array
 from tumble.scenarios.truth.bulk.elliptic import MOST, larger
-from tumble.scenarios.truth.bulk.lanes import WIDTH, any_of, lanes, load, size, store
 from tumble.scenarios.truth.bulk.number import (
     Columns,
     Number,
@@ -24,6 +23,7 @@ from tumble.scenarios.truth.bulk.number import (
 )
 from tumble.scenarios.truth.bulk.rotation import Moments, is_steady, polhode, spun, turned
 from tumble.scenarios.truth.compilation import inner, kernel
+from tumble.scenarios.truth.lanes import WIDTH, any_of, lanes, load, size, store
 from tumble.scenarios.truth.resolution import OPPOSITE, PATTERNS, PROPORTIONAL, SMALL
 
 # Where the numbers of a body stand: principal moments and their gaps, the principal axes along those of a state column

@@ -16,7 +16,9 @@ from numba.core import cgutils
 from numba.extending import make_attribute_wrapper, models, overload, register_model
 
 from tumble.scenarios.frames import Array
-from tumble.scenarios.truth.bulk.lanes import (
+from tumble.scenarios.truth.compilation import inner
+from tumble.scenarios.truth.double_double import Pair, add, fast_two_sum, minus, over, pairs, times, two_product
+from tumble.scenarios.truth.lanes import (
     LANES,
     below,
     chosen,
@@ -29,8 +31,6 @@ from tumble.scenarios.truth.bulk.lanes import (
     sine,
     whole,
 )
-from tumble.scenarios.truth.compilation import inner
-from tumble.scenarios.truth.double_double import Pair, add, fast_two_sum, minus, over, pairs, times, two_product
 from tumble.scenarios.truth.rational import Fraction
 
 # 1/k! for the series of cosine and sine up to pi/4; the first that is left out is below 2^-107.

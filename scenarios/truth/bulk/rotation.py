@@ -17,7 +17,6 @@ from tumble.scenarios.truth.bulk.elliptic import (
     summed,
     third_kind_angle,
 )
-from tumble.scenarios.truth.bulk.lanes import below, whole
 from tumble.scenarios.truth.bulk.number import (
     RIGHT_ANGLE,
     Columns,
@@ -34,6 +33,7 @@ from tumble.scenarios.truth.bulk.number import (
     where,
 )
 from tumble.scenarios.truth.compilation import inner
+from tumble.scenarios.truth.lanes import below, whole
 
 
 class Moments(NamedTuple):

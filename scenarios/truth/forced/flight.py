@@ -4,6 +4,7 @@ What is read from the scene and what a blow does is exact, in fractions; a passa
 digits, or for the sensitivities in doubles.
 """
 
+from collections.abc import Iterator
 from itertools import zip_longest
 from time import thread_time
 from typing import NamedTuple
@@ -50,6 +51,7 @@ FORESEEN = 2.0
 REACHING = 1 + 1e-15
 # The shares of size and distance, and of the thrust they make, below which a floor's gauge is rounding.
 NOISE, NOISE_IN_DOUBLES = 1e-27, 1e-15
+NO_NEXT_STEP = "the motion has no next step {at}: it has no direction there, or no finite rates"
 
 
 class Trajectory(NamedTuple):
@@ -62,6 +64,19 @@ class Trajectory(NamedTuple):
     steps: int
     crept: bool
     why: str
+
+
+class Passage(NamedTuple):
+    """The way from one instant with blows to the next, or to the throw's end: which blows, begin and end [s], the first
+
+    of the throw's instants within, and how many there are.
+    """
+
+    blows: list[int]
+    begin: Fraction
+    end: Fraction
+    first: int
+    instants: int
 
 
 class Budget:
@@ -106,23 +121,13 @@ class Integration:
     def run(self) -> Trajectory:
         """Return the flight, blows of an instant included in its row.  Raises RayMissed."""
         throw = self._throw
-        state = pairs(_start(throw))
+        state = pairs(start_of(throw))
         rows = np.full((len(throw.times), 2, SIZE), np.nan)
-        starts = sorted({Fraction(0), *(impulse.time for impulse in throw.impulses)})
-        for begin, end in zip_longest(starts, starts[1:]):
-            for impulse in throw.impulses:
-                if impulse.time == begin:
-                    state = pairs(_applied(fractions_of(state), impulse, throw))
-            within = [row for row, time in enumerate(throw.times) if begin <= time and (end is None or time < end)]
-            last = throw.times[-1] if end is None else end
-            if last > throw.times[-1]:
-                last = throw.times[-1]
-            first = within[0] if within else 0
-            reached, why = self._advance(state, begin, last, rows, first, len(within))
+        for passage in passages(throw):
+            state, first = struck(state, passage, throw), passage.first
+            reached, why = self._advance(state, passage.begin, passage.end, rows, first, passage.instants)
             if why:
                 return Trajectory(rows[: first + reached], self.steps, self.crept, why)
-            if last == throw.times[-1]:
-                break
         return Trajectory(rows, self.steps, self.crept, "")
 
     def _advance(
@@ -136,7 +141,7 @@ class Integration:
         part[:done] = state
         if end == begin:
             return done, ""
-        scales = self._scales(state, float(span[0]))
+        scales = self.scales(state, float(span[0]))
         contacts = self._contacts(state, scales)
         h, switches, stiff, self._before = float(span[0]), 0, None, None
         while True:
@@ -151,7 +156,7 @@ class Integration:
             if outcome.how == ARRIVED:
                 return done, ""
             if outcome.how == LOST:
-                return done, f"the motion has no next step {at}: it has no direction there, or no finite rates"
+                return done, NO_NEXT_STEP.format(at=at)
             if outcome.how == SWITCHED:
                 contacts[outcome.vertex] = outcome.then
                 switches, stiff = (0 if clock[0] > before else switches + 1), None
@@ -217,7 +222,8 @@ class Integration:
             self._equations[key] = equations(self._throw, pressing)
         return self._equations[key]
 
-    def _scales(self, state: Array, span: float) -> Scales:
+    def scales(self, state: Array, span: float) -> Scales:
+        """Return what errors of a passage of so long [s] from a state, (2, SIZE), are held against."""
         throw, noise = self._throw, np.zeros(2)
         if throw.ground is not None:
             height, stiffness, damping = map(float, throw.ground.strength)
@@ -249,10 +255,29 @@ def length_of(throw: Throw) -> float:
     return float(max(reach, spread))
 
 
-def _start(throw: Throw) -> Numbers:
+def start_of(throw: Throw) -> Numbers:
     """Return the state before any blow in fractions, (SIZE,)."""
     L = throw.solid.tensor @ (throw.axes.T @ throw.w_world)
     return np.concatenate((throw.x, throw.v, throw.axes.ravel(), L))
+
+
+def passages(throw: Throw) -> Iterator[Passage]:
+    """Tell a throw's passages, in order."""
+    starts = sorted({Fraction(0), *(impulse.time for impulse in throw.impulses)})
+    for begin, after in zip_longest(starts, starts[1:]):
+        blows = [number for number, impulse in enumerate(throw.impulses) if impulse.time == begin]
+        within = [row for row, time in enumerate(throw.times) if begin <= time and (after is None or time < after)]
+        end = throw.times[-1] if after is None else min(after, throw.times[-1])
+        yield Passage(blows, begin, end, within[0] if within else 0, len(within))
+        if end == throw.times[-1]:
+            return
+
+
+def struck(state: Array, passage: Passage, throw: Throw) -> Array:
+    """Return the state, (2, SIZE), after the blows that a passage begins with.  Raises RayMissed."""
+    for number in passage.blows:
+        state = pairs(_applied(fractions_of(state), throw.impulses[number], throw))
+    return state
 
 
 def _applied(state: Numbers, impulse: ExactImpulse, throw: Throw) -> Numbers:

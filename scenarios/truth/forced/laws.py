@@ -70,9 +70,9 @@ def motion_of(state: Vector, inverse_tensor: Numbers) -> Motion:
     """Return what a state (SIZE,) says."""
     axes, L = state[AXES:MOMENTUM].reshape(3, 3), state[MOMENTUM:]
     w = inverse_tensor @ L
-    # A point p of the body moves by axes' p = axes (w x p).
-    columns = [axes @ cross(w, unit) for unit in np.eye(3, dtype=int)]
-    return Motion(state[X:V], state[V:AXES], axes, np.stack(columns, axis=1), L, w)
+    # A point p of the body moves by axes' p = axes (w x p): each row of the axes by row x w.
+    axes_rate = np.stack([cross(row, w) for row in axes])
+    return Motion(state[X:V], state[V:AXES], axes, axes_rate, L, w)
 
 
 def pull(throw: Throw, motion: Motion, gauges: list, pressing: np.ndarray) -> Pull:

@@ -16,6 +16,7 @@ from tumble.scenarios.truth.flight import Pose
 from tumble.scenarios.truth.forced.flight import Budget, Integration, length_of
 from tumble.scenarios.truth.forced.laws import AXES, MOMENTUM, V, X
 from tumble.scenarios.truth.forced.passage import Accuracy
+from tumble.scenarios.truth.forced.together import side_by_side
 from tumble.scenarios.truth.inertia import inverse
 from tumble.scenarios.truth.resolution import PATTERNS, TRUSTED, Answer, Flight, in_proportion
 from tumble.scenarios.truth.throw import Throw, changing, read_throw
@@ -140,6 +141,7 @@ class Sensitivity:
 
     def proportional(self, reach: int) -> int:
         """Return at how many of the first rows the opposite change does the same."""
+        self._fly([UNCHANGED, (0, self._share), (0, -self._share)], reach)
         there, back = self._moved(0, self._share, reach), self._moved(0, -self._share, reach)
         count = min(len(back), len(there))
         far = np.abs(self._rows(*UNCHANGED, reach)[:count, 0, X:V]).max(axis=1)
@@ -156,6 +158,7 @@ class Sensitivity:
             return np.empty(0)
         first = self._moved(0, self._share, reach)[:, 0]
         reach = self.affordable(len(first), PATTERNS - 1)
+        self._fly([(pattern, self._share) for pattern in range(1, PATTERNS)], reach)
         moves = [first, *(self._moved(pattern, self._share, reach)[:, 0] for pattern in range(1, PATTERNS))]
         self.is_late = self.is_late or reach < len(first) or self._budget.is_up()
         reached = min(map(len, moves))
@@ -174,12 +177,22 @@ class Sensitivity:
 
     def _rows(self, pattern: int, signed: float, reach: int) -> Array:
         """Return the first rows of a throw that is changed so, fewer where its flight went no further."""
-        asked, rows = self._flights.get((pattern, signed), (-1, np.empty(0)))
-        if asked < reach:
-            throw, before = self._read(pattern, signed), thread_time()
-            trajectory = Integration(throw._replace(times=throw.times[:reach]), self._accuracy, self._budget).run()
-            rows, self._flights[pattern, signed] = trajectory.rows, (reach, trajectory.rows)
-            simulated_s = float(throw.times[max(len(rows), 1) - 1])
-            self._pace = (thread_time() - before) / simulated_s if simulated_s else 0.0
-            self.why = self.why or trajectory.why
-        return rows[:reach]
+        self._fly([(pattern, signed)], reach)
+        return self._flights[pattern, signed][1][:reach]
+
+    def _fly(self, changes: list[tuple[int, float]], reach: int) -> None:
+        """Fly throws that are changed so up to the first rows, if they were not yet: side by side where that can be."""
+        wanted = [change for change in changes if self._flights.get(change, (-1,))[0] < reach]
+        throws = [self._read(*change)._replace(times=self._read(*change).times[:reach]) for change in wanted]
+        at_once = side_by_side(throws, self._accuracy, self._budget)
+        if at_once is None and len(wanted) > 1:
+            for change in wanted:
+                self._fly([change], reach)
+        elif wanted:
+            before = thread_time()
+            trajectories = at_once.run() if at_once else [Integration(throws[0], self._accuracy, self._budget).run()]
+            for change, throw, trajectory in zip(wanted, throws, trajectories, strict=True):
+                self._flights[change] = (reach, trajectory.rows)
+                simulated_s = float(throw.times[max(len(trajectory.rows), 1) - 1])
+                self._pace = (thread_time() - before) / len(throws) / simulated_s if simulated_s else 0.0
+                self.why = self.why or trajectory.why

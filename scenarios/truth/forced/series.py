@@ -183,12 +183,13 @@ def combine(
             plain += program.coefficients[term] * high[program.terms[term], k]
         high[target, k] = plain
     else:
-        total = (program.offsets[offset], program.offsets_low[offset]) if k == 0 else (0.0, 0.0)
+        total, rest = (program.offsets[offset], program.offsets_low[offset]) if k == 0 else (0.0, 0.0)
         for term in range(begin, end):
-            row = program.terms[term]
-            factor = (program.coefficients[term], program.coefficients_low[term])
-            total = add(total, times(factor, (high[row, k], low[row, k])))
-        high[target, k], low[target, k] = total
+            row, factor = program.terms[term], program.coefficients[term]
+            product, error = two_product(factor, high[row, k])
+            total, lost = two_sum(total, product)
+            rest += lost + (error + (factor * low[row, k] + program.coefficients_low[term] * high[row, k]))
+        high[target, k], low[target, k] = two_sum(total, rest)
 
 
 @inner

@@ -68,6 +68,10 @@ def test_each_law_of_friction_is_named():
         (stop,) = (row for row in found[method][1] if row.observable == "distance until it stops")
         assert stop.law_error_low <= (factor - 1) * stop.true <= stop.law_error_high
         assert stop.order == pytest.approx(1.0, abs=0.2)
+    early = "contact without touching, from 0.1 mm"
+    law, rows = found["diamond"]
+    (said,) = contestant_laws([*rows, replace(rows[0], observable="height at rest", verdict=early)])
+    assert said.verdict == f"{early}; {law.verdict}", "a graver verdict does not hide the pyramid"
 
 
 def test_a_pyramid_under_a_ball_is_named_by_the_slip_until_it_rolls():

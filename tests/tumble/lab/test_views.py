@@ -26,8 +26,14 @@ mass = 1e-7
 position = [1000.0, 0.0, -2000.0]
 """
 CENTRE, CORNER = np.array([1000.0, 0.0, -2000.0]), np.array([1e-4, 1.5e-4, 2e-4])
-WALKED_MS, SETTLED_MS = 1000, 500
+SETTLED_MS = 500
 WALKED = 0.05  # of the body's reach: a walk of one picture makes 0.18
+# Ends after three pictures: a walk of one at least, and not of so many seconds that a busy machine walks past the body.
+THREE_PICTURES = """() => new Promise((done) => {
+    let left = 3;
+    const next = () => left-- ? requestAnimationFrame(next) : done();
+    next();
+})"""
 BESIDE = 560, 690  # on the canvas, beside the body
 SPOT = 20  # pixels that are surely no accident
 
@@ -73,7 +79,7 @@ def test_w_walks_towards_the_body_however_small_it_is_and_an_edit_leaves_the_eye
     reset(page)
     page.mouse.click(*BESIDE)
     page.keyboard.down("w")
-    page.wait_for_timeout(WALKED_MS)
+    page.evaluate(THREE_PICTURES)
     page.keyboard.up("w")
     page.get_by_text("Scene", exact=True).first.click()
     numbers = page.locator("input[inputmode=decimal], input[inputmode=numeric]")

@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import signal
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -15,6 +16,7 @@ from tumble.compare.comparison.in_parts import ensemble_runs
 from tumble.compare.run.cluster import connecting, on_worker
 from tumble.compare.run.cluster.connecting import connected
 from tumble.compare.run.cluster.on_worker import BadCluster
+from tumble.compare.run.cluster.sending import Sending
 from tumble.compare.run.digest import digest
 from tumble.compare.run.execution import Execution, executing
 from tumble.compare.run.flight import Trajectory
@@ -153,6 +155,27 @@ def test_a_task_that_ends_every_worker_is_a_row_and_its_neighbours_are_run(most,
         assert isinstance(result, Trajectory), "someone else may have killed the workers"
     else:
         assert str(result) == "crashed: 3 workers ended while they ran it"
+
+
+def test_results_that_ended_with_their_worker_are_asked_for_again(workers, engine, monkeypatch):
+    from patience import until  # workers, which import this file, do not find it
+
+    taken, ended = Sending._results, []
+
+    def after_its_workers_ended(sending: Sending, future: Any) -> Any:
+        if not ended:
+            ended.extend(workers.client.run(os.getpid).values())
+            for process in ended:
+                os.kill(process, signal.SIGKILL)
+            until(lambda: future.status == "lost")
+        return taken(sending, future)
+
+    monkeypatch.setattr(Sending, "_results", after_its_workers_ended)
+    with Truths([SCENE]) as truths, executing(Execution(work=workers.work)):
+        found: list = run(tasks_of(engine, truths, 30), truths)
+    assert [number for number, _, _ in found] == [*range(30)]
+    assert len(ended) == 2
+    assert os.getpid() not in {process for _, process, _ in found}, "the scheduler is not gone"
 
 
 def test_commands_that_share_workers_leave_each_others_tasks_and_engines_alone(workers, tmp_path):
