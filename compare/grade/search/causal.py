@@ -22,6 +22,8 @@ RADIANS, SHARE_OF_ALL, FEWEST, LONGER = 4.0, 0.3, 12, 4.0
 FITTED, SCHEMES = 10, 6
 # Schemes of which damping is tried at each place in the step, and those of which other details are tried.
 PLACED, DETAILED = 32, 10
+# Single changes that are fitted, before programs with several.
+ALONE = 24
 # Other first changes that are tried if the best one leads nowhere.
 DIVES = 3
 # Share of the first score that is little enough to look at more of the run.
@@ -87,6 +89,14 @@ class CausalSearch:
         self._stops_at = stops_at
         pool = [Candidate((), 0.0, 0.0, False)]
         horizons = self._horizons()
+        try:
+            if alone := self._alone(horizons):
+                self.look_at_all()
+                return alone
+        except SearchStopped:
+            self.is_stopped = True
+            self.look_at_all()
+            return pool
         for number, until in enumerate(horizons):
             on_progress(number / len(horizons))
             self._begin(until)
@@ -164,6 +174,31 @@ class CausalSearch:
             found.append(until)
             until *= LONGER
         return [*found, duration]
+
+    def _alone(self, horizons: Sequence[float]) -> list[Candidate]:
+        """Return the changes each of which explains all rows alone, the best first; none if no change does.
+
+        A change that explains the first rows is followed into more and more of them.
+        """
+        kept: list[Mistakes] = [()]
+        whole: list[Candidate] = []
+        for until in horizons:
+            self._begin(until)
+            self._fit.is_free = False
+            found = list(filter(self._is_near, map(self._fitted, kept)))
+            if not found and kept == [()]:
+                found = list(filter(self._is_near, self._expanded(self._fitted(()), ALONE)))
+            self.trials += self._simulations.trials
+            if not found:
+                return []
+            found.sort(key=lambda candidate: candidate.weight)
+            whole = [candidate for candidate in found if candidate.is_whole]
+            kept = [candidate.mistakes for candidate in found[:FITTED]]
+        return whole
+
+    def _is_near(self, candidate: Candidate) -> bool:
+        """Return whether what a program leaves of the rows is small enough to look at more of them."""
+        return self._simulations.shells.is_near(self._simulations.errors([candidate.mistakes])[0])
 
     def _begin(self, until: float) -> None:
         self._until = until
@@ -259,15 +294,18 @@ class CausalSearch:
 
     # --- what comes next ----------------------------------------------------------------------------------------------
 
-    def _expanded(self, candidate: Candidate) -> list[Candidate]:
-        """Return the programs that are a change away from one and fit best, fitted."""
+    def _expanded(self, candidate: Candidate, count: int = FITTED) -> list[Candidate]:
+        """Return the programs that are a change away from one and fit best, fitted.
+
+        count: of those that are fitted, apart from schemes; if it is larger than usual, more first values are tried.
+        """
         mistakes = candidate.mistakes
         run = self._run(mistakes)
         slopes = self._slopes(mistakes)
         programs: list[Mistakes] = []
         owners: list[object] = []
         shares: list[float] = []
-        for hypothesis, several in self._one_more(mistakes):
+        for hypothesis, several in self._one_more(mistakes, count > FITTED):
             programs += several
             owners += [hypothesis] * len(several)
             shares += [_share_of(hypothesis)] * len(several)
@@ -277,7 +315,7 @@ class CausalSearch:
             shares.append(1.0)
         counted = np.array(shares)
         ranks = candidate.rank - counted * (candidate.score - self._profiled(programs, slopes))
-        best = {programs[number]: shares[number] for number in _best(owners, ranks)[:FITTED]}
+        best = {programs[number]: shares[number] for number in _best(owners, ranks)[:count]}
         best |= dict.fromkeys(self._schemes(mistakes), 1.0)
         found = []
         for program, share in best.items():
@@ -286,9 +324,9 @@ class CausalSearch:
             found.append(child)
         return found
 
-    def _one_more(self, mistakes: Mistakes) -> list[tuple[Hypothesis, list[Mistakes]]]:
+    def _one_more(self, mistakes: Mistakes, every_value: bool = False) -> list[tuple[Hypothesis, list[Mistakes]]]:
         """Return each mistake that can be added, and programs with its first values, and better ones."""
-        more = list(self._proposals.with_one_more(mistakes, self._run(mistakes)))
+        more = list(self._proposals.with_one_more(mistakes, self._run(mistakes), every_value))
         linear = [(several[0], hypothesis) for hypothesis, several in more if _is_linear(hypothesis)]
         return more + self._solved(linear, self._slopes(mistakes), self._simulations.errors([mistakes])[0])
 
