@@ -76,8 +76,15 @@ class CausalSearch:
         self._scale, self._cost = evaluator.search_scale, evaluator.cost
         self.proposals = self._proposals = Proposals(evaluator.context, evaluator.hypotheses)
         self._events = np.array([impulse.time for impulse in self._context.program.impulses])
-        self.trials, self.is_stopped = 0, False
+        self._made: dict[float, Simulations] = {}
+        self._single: dict[float, list[Mistakes]] = {}
+        self.is_stopped = False
         self.look_at_all()
+
+    @property
+    def trials(self) -> int:
+        """The number of simulated programs."""
+        return sum(simulations.trials for simulations in self._made.values())
 
     def candidates(
         self, stops_at: float, on_progress: Callable[[float], object] = lambda share: None
@@ -87,29 +94,21 @@ class CausalSearch:
         stops_at: processor time [s]; on_progress: called with the share that is done.
         """
         self._stops_at = stops_at
-        pool = [Candidate((), 0.0, 0.0, False)]
-        horizons = self._horizons()
+        pool, horizons = [Candidate((), 0.0, 0.0, False)], self._horizons()
         try:
             if alone := self._alone(horizons):
-                self.look_at_all()
                 return alone
-        except SearchStopped:
-            self.is_stopped = True
-            self.look_at_all()
-            return pool
-        for number, until in enumerate(horizons):
-            on_progress(number / len(horizons))
-            self._begin(until)
-            try:
-                pool = self._explored([c.mistakes for c in pool[:KEPT]])
+            for number, until in enumerate(horizons):
+                on_progress(number / len(horizons))
+                self._begin(until)
+                begun = [c.mistakes for c in pool[:KEPT]]
+                pool = self._explored([*begun, *self._single.get(until, [])[:KEPT]])
                 if not pool[0].is_whole or any(m.hypothesis.vague for m in pool[0].mistakes):
                     pool = self._named(pool)
-            except SearchStopped:
-                self.is_stopped = True
-                break
-            finally:
-                self.trials += self._simulations.trials
-        self.look_at_all()
+        except SearchStopped:
+            self.is_stopped = True
+        finally:
+            self.look_at_all()
         return pool
 
     def stop_at(self, stops_at: float) -> None:
@@ -187,11 +186,12 @@ class CausalSearch:
             self._fit.is_free = False
             found = list(filter(self._is_near, map(self._fitted, kept)))
             if not found and kept == [()]:
-                found = list(filter(self._is_near, self._expanded(self._fitted(()), ALONE)))
-            self.trials += self._simulations.trials
+                every = sorted(self._expanded(self._fitted(()), ALONE), key=_by_score)
+                self._single[until] = [candidate.mistakes for candidate in every]
+                found = list(filter(self._is_near, every))
             if not found:
                 return []
-            found.sort(key=lambda candidate: candidate.weight)
+            found.sort(key=_by_score)
             whole = [candidate for candidate in found if candidate.is_whole]
             kept = [candidate.mistakes for candidate in found[:FITTED]]
         return whole
@@ -202,13 +202,19 @@ class CausalSearch:
 
     def _begin(self, until: float) -> None:
         self._until = until
+        if until not in self._made:
+            self._made[until] = self._simulations_until(until)
+        self._simulations = self._made[until]
+        self._simulations.stops_at = self._stops_at
+        self._fit = Fit(self._simulations)
+        self._fit.is_free = True
+
+    def _simulations_until(self, until: float) -> Simulations:
         shells = Shells(self._sample, self._scale, self._points, until, self._events)
         floor_m = np.sqrt(3.0) * float(np.median(self._scale.floors_m.min(axis=1)))  # of the axis with most digits
         small = OF_FLOOR * floor_m / (ERROR * self._scale.size_m)
         fineness = float(np.clip(UNIT * small**0.25, FINEST, COARSEST))
-        self._simulations = Simulations(self._context, shells, self._stops_at, fineness)
-        self._fit = Fit(self._simulations)
-        self._fit.is_free = True
+        return Simulations(self._context, shells, self._stops_at, fineness)
 
     # --- programs -----------------------------------------------------------------------------------------------------
 
@@ -317,6 +323,9 @@ class CausalSearch:
         ranks = candidate.rank - counted * (candidate.score - self._profiled(programs, slopes))
         best = {programs[number]: shares[number] for number in _best(owners, ranks)[:count]}
         best |= dict.fromkeys(self._schemes(mistakes), 1.0)
+        if len(best) > 2 * FITTED:
+            hopeful = {program: self._fit.fitted(program, 2)[2] + self._cost(program) for program in best}
+            best = {program: best[program] for program in sorted(best, key=hopeful.__getitem__)[:FITTED]}
         found = []
         for program, share in best.items():
             child = self._fitted(program)
