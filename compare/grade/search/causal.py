@@ -353,7 +353,9 @@ class CausalSearch:
 
         Errors of steps grow with a power of their length, so one length shows which would fit best.
         """
-        first = self._proposals.first_step(mistakes, self._until, SHORT * self._context.turn_s)
+        spin = self._simulations.fastest(mistakes)["spin"]
+        turn_s = min(self._context.turn_s, 1 / spin if spin else np.inf)
+        first = self._proposals.first_step(mistakes, self._until, SHORT * turn_s)
         if not first:
             return []
         kinds = list(self._proposals.with_other_schemes(mistakes))
