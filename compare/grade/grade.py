@@ -149,7 +149,7 @@ class Grade:
         # Any method of higher order explains a part of an error that is as small as it leaves.
         guessed = all(m.hypothesis.part == "steps" and m.hypothesis.only_named for m in best.mistakes)
         partly = best.weighted_rms_m <= MOST_LEFT * diagnosis.null.weighted_rms_m and not guessed
-        return EXPLAINED_PARTLY if partly else UNEXPLAINED
+        return EXPLAINED_PARTLY if partly and not self._is_contrived(diagnosis) else UNEXPLAINED
 
     @cached_property
     def confidence(self) -> float | None:
