@@ -147,7 +147,7 @@ class CausalSearch:
         They have a change, another scheme in the place of a mistake, or one mistake in the place of two or of all.
         """
         self._fit.is_free = False
-        slopes, least = self._slopes(mistakes), min(self._weight(mistakes), self._fitted(mistakes).weight)
+        slopes, least = self._slopes(mistakes), self._fitted(mistakes).weight
         run = self._run(mistakes)
         programs = [program for _, program in self._proposals.with_others(mistakes, run)]
         programs += [*self._proposals.with_same_step(mistakes), *self._proposals.with_other_steps(mistakes)]
@@ -162,12 +162,10 @@ class CausalSearch:
         programs = list(dict.fromkeys(program for program in programs if program != mistakes))
         weights = self._profiled(programs, slopes)
         likely = [programs[n] for n in np.argsort(weights, kind="stable")[:FITTED] if weights[n] < least + 2 * ALIKE]
-        # Values that are plain already cost less than better ones.
-        fits = [(weight, m) for m in likely for weight, m in ((self._weight(m), m), self._refitted(m))]
-        best: dict[tuple[Hypothesis, ...], tuple[float, Mistakes]] = {}
-        for weight, found in sorted(fits, key=lambda fit: fit[0]):
-            best.setdefault(tuple(m.hypothesis for m in found), (weight, found))
-        return [found for weight, found in best.values() if weight < least + ALIKE]
+        fits = sorted(((self._fitted(m), m) for m in likely), key=lambda fit: fit[0].weight)
+        # Values that are plain already may be better than those that fit some of the rows best.
+        both = [each for fit, m in fits if fit.weight < least + ALIKE for each in (m, fit.mistakes)]
+        return list(dict.fromkeys(both))
 
     def _horizons(self) -> list[float]:
         duration, spacing = self._context.duration, self._context.spacing_s
@@ -231,14 +229,6 @@ class CausalSearch:
         if is_whole and self._until >= self._context.duration:
             is_whole = self._evaluator.explain(mistakes).within_floor
         return Candidate(mistakes, weight + cost, score + cost, is_whole)
-
-    def _weight(self, mistakes: Mistakes) -> float:
-        """Return the weight of a program with its values as they are."""
-        return float(self._simulations.weights([mistakes])[0]) + self._cost(mistakes)
-
-    def _refitted(self, mistakes: Mistakes) -> tuple[float, Mistakes]:
-        candidate = self._fitted(mistakes)
-        return candidate.weight, candidate.mistakes
 
     def _explored(self, begun: Sequence[Mistakes]) -> list[Candidate]:
         """Return programs, best first: the best of some, and what one change after the other makes of it.

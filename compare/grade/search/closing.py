@@ -27,7 +27,7 @@ LARGER_IF_PLAIN = 3.0
 # Significant digits of a value that a person wrote.
 FEW_DIGITS = (1, 2, 3, 4)
 # Other programs that are simulated finely.
-ALTERNATIVES = 8
+ALTERNATIVES = 16
 # Largest number of steps after which something happens.
 TICKS = 60
 
@@ -62,7 +62,9 @@ class Closing:
         except SearchStopped:
             self.is_stopped = True
             return []
-        return [each for each in self._explained(likely) if each.within_floor]
+        found = sorted(self._explained(likely), key=lambda each: each.weight)
+        first = {tuple(m.hypothesis for m in each.mistakes): each for each in reversed(found) if each.within_floor}
+        return list(first.values())
 
     def _explained(self, several: Iterable[Mistakes]) -> Iterator[Explanation]:
         """Yield what mistakes leave of all rows, until time is up."""
