@@ -211,12 +211,13 @@ def _claimed_scheme(own: Scheme, claims: dict[str, Claim]) -> Scheme | None:
         tick = own.spacing / every
     spins = {name: kind for kind, name in GYROSCOPIC.items() if name}
     spin = spins.get(claim.parameters.get("gyroscopic", ""), "explicit")
+    turns = {name: kind for kind, name in TURNING.items()}
     return Scheme(
         tick,
         own.spacing,
         method,
         "explicit" if spin == "momentum" else spin,
-        claim.parameters.get("rotation", "") or "exponential",
+        turns.get(claim.parameters.get("rotation", ""), "exponential"),
         reading=reading,
         keeps="momentum" if spin == "momentum" else "world",
         substeps=max(1, round(tick / step)),
