@@ -129,8 +129,8 @@ class Grade:
             return TOO_FEW
         if self.is_coarse and diagnosis.null.weighted_rms_m <= BARELY * self.scale.floor_m:
             return TOO_COARSE
-        if diagnosis.null.within_floor:
-            return CORRECT_TO_SINGLE if measured.single else TOO_LITTLE
+        if diagnosis.best is diagnosis.null and diagnosis.null.within_floor:
+            return CORRECT_TO_SINGLE if measured.single and not diagnosis.is_open else TOO_LITTLE
         best = diagnosis.best
         if not best.mistakes or best.weight > diagnosis.null.weight - ALIKE:
             if self.hidden_by_single:

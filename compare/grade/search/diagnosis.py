@@ -22,6 +22,8 @@ FINALISTS = 6
 # An explanation with fewer mistakes must leave this many times as much to be worse; more, if what is left with more
 # mistakes is not noise, since any fitted value explains a part of a systematic residual.
 LEAST_HELP, MUCH_HELP = 1.1, 1.5
+# Single precision explains an error that no engine's scheme makes this many times smaller.
+CLEARLY = 2.0
 # Processor time beyond that of a search in which explanations are simplified and compared with others [s].
 CLOSING_S = 1.5
 
@@ -38,6 +40,7 @@ class Diagnosis:
     steps : explanations from null to best, each with a smaller error; the least important mistakes are added last
     trials : number of simulated programs
     program : program model of the best explanation
+    is_open : single precision would explain all in steps shorter than a row interval, but not in one step a row
     engines : engines that do the same at their defaults
     stopped_s : processor time after which the search was stopped [s]; 0: it ended by itself
     """
@@ -48,6 +51,7 @@ class Diagnosis:
     steps: tuple[Explanation, ...]
     trials: int
     program: ProgramModel
+    is_open: bool = False
     engines: tuple[str, ...] = ()
     stopped_s: float = 0.0
 
@@ -74,11 +78,15 @@ def diagnosed(
     the diagnosis
     """
     null = evaluator.explain(())
-    if null.within_floor:
+    if null.within_floor and evaluator.is_within_digits():
         return _ranked(evaluator, null, [])
     search = CausalSearch(evaluator)
     engine_search, closing = EngineSearch(evaluator, search, engines), Closing(evaluator, search)
     explained = engine_search.defaults()
+    if null.within_floor:
+        explained = _clearly_better(evaluator, explained)
+        if not explained:
+            return replace(_ranked(evaluator, null, []), is_open=not evaluator.is_within_single_steps())
     stops_at = thread_time() + search_s
     if not (explained and explained[0].within_floor):
         if explained:
@@ -93,6 +101,12 @@ def diagnosed(
     ranked = _ranked(evaluator, null, explained)
     stopped = search_s if search.is_stopped or closing.is_stopped else 0.0
     return replace(ranked, stopped_s=stopped, engines=engine_search.fitting(ranked.best, closing))
+
+
+def _clearly_better(evaluator: Evaluator, explained: Sequence[Explanation]) -> list[Explanation]:
+    """Return the explanations that leave much less than no mistake, although single precision would explain that."""
+    most = evaluator.in_common_floors(()) / CLEARLY
+    return [each for each in explained if each.within_floor and evaluator.in_common_floors(each.mistakes) <= most]
 
 
 def _closed(explained: Sequence[Explanation], closing: Closing) -> list[Explanation]:
@@ -119,7 +133,10 @@ def _hypotheses(explanation: Explanation) -> set[Hypothesis]:
 def _ranked(evaluator: Evaluator, null: Explanation, found: Sequence[Explanation]) -> Diagnosis:
     """Return the best of the explanations that a search has found, and those that fit equally well."""
     # Where single precision decides nothing, a run that is right may be off by more than one that is not.
-    helpful = [null, *(each for each in found if each.max_m < null.max_m or each.within_floor)]
+    helpful = [each for each in found if each.max_m < null.max_m or each.within_floor]
+    # What is found although single precision would explain all is clearly better than no mistake.
+    if not (helpful and null.within_floor):
+        helpful.insert(0, null)
     ranked = [each for each in sorted(helpful, key=by_weight) if not _is_padded(each, helpful)]
     best = ranked[0]
     alike = [

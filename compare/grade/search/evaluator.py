@@ -56,10 +56,7 @@ class Evaluator:
         """Return what mistakes leave of all rows, finely simulated."""
         self.trials += 1
         program = self.program_with(mistakes)
-        pose = program.output(self.rows.times, FINE)
-        with np.errstate(all="ignore"):
-            places = np.swapaxes((pose.axes.reshape(-1, 3) @ self.points.T).reshape(-1, 3, len(self.points)), 1, 2)
-            errors = self.rows.vertices - (places + pose.x[:, None] if self.context.has_centre else places)
+        errors = self._errors(program)
         scale = self._with_single(program)
         rms_m, weighted_rms_m = root_mean_square(errors), root_mean_square(scale.weighted(errors))
         in_floors = weighted_rms_m / scale.floor_m
@@ -79,6 +76,29 @@ class Evaluator:
             weight=scale.weight(in_floors, self.cost(mistakes) + self._vagueness(scale)),
             weighted_rms_m=in_floors * self.scale.floor_m,
         )
+
+    def in_common_floors(self, mistakes: Mistakes) -> float:
+        """Return what mistakes leave of all rows, in the floors that a search has for every program."""
+        errors = self._errors(self.program_with(mistakes))
+        return root_mean_square(self.search_scale.weighted(errors)) / self.search_scale.floor_m
+
+    def is_within_single_steps(self) -> bool:
+        """Return whether single precision of one step a row explains the rows; in shorter steps it explains more."""
+        scale = self._with_single(stepwise(self.context.program, self.context.spacing_s))
+        errors = self._errors(self.context.program)
+        return scale.is_within_floor(root_mean_square(scale.weighted(errors)))
+
+    def is_within_digits(self) -> bool:
+        """Return whether the rows are right without single precision."""
+        errors = self._errors(self.context.program)
+        return self.scale.is_within_floor(root_mean_square(self.scale.weighted(errors)))
+
+    def _errors(self, program: ProgramModel) -> Array:
+        """Return what a finely simulated program leaves of all rows [m], (S, K, 3)."""
+        pose = program.output(self.rows.times, FINE)
+        with np.errstate(all="ignore"):
+            places = np.swapaxes((pose.axes.reshape(-1, 3) @ self.points.T).reshape(-1, 3, len(self.points)), 1, 2)
+            return self.rows.vertices - (places + pose.x[:, None] if self.context.has_centre else places)
 
     def is_within_floor(self, mistakes: Mistakes, errors: Array, times: Array, floors_m: Array) -> bool:
         """Return whether residuals in the floors of a search, (T, K, 3), are within those of the program itself.
