@@ -22,6 +22,8 @@ RADIANS, SHARE_OF_ALL, FEWEST, LONGER = 4.0, 0.3, 12, 4.0
 FITTED, SCHEMES = 10, 6
 # Schemes of which damping is tried at each place in the step, and those of which other details are tried.
 PLACED, DETAILED = 32, 10
+# Single changes that are fitted, before programs with several.
+ALONE = 24
 # Other first changes that are tried if the best one leads nowhere.
 DIVES = 3
 # Share of the first score that is little enough to look at more of the run.
@@ -74,8 +76,15 @@ class CausalSearch:
         self._scale, self._cost = evaluator.search_scale, evaluator.cost
         self.proposals = self._proposals = Proposals(evaluator.context, evaluator.hypotheses)
         self._events = np.array([impulse.time for impulse in self._context.program.impulses])
-        self.trials, self.is_stopped = 0, False
+        self._made: dict[float, Simulations] = {}
+        self._single: dict[float, list[Mistakes]] = {}
+        self.is_stopped = False
         self.look_at_all()
+
+    @property
+    def trials(self) -> int:
+        """The number of simulated programs."""
+        return sum(simulations.trials for simulations in self._made.values())
 
     def candidates(
         self, stops_at: float, on_progress: Callable[[float], object] = lambda share: None
@@ -85,21 +94,21 @@ class CausalSearch:
         stops_at: processor time [s]; on_progress: called with the share that is done.
         """
         self._stops_at = stops_at
-        pool = [Candidate((), 0.0, 0.0, False)]
-        horizons = self._horizons()
-        for number, until in enumerate(horizons):
-            on_progress(number / len(horizons))
-            self._begin(until)
-            try:
-                pool = self._explored([c.mistakes for c in pool[:KEPT]])
+        pool, horizons = [Candidate((), 0.0, 0.0, False)], self._horizons()
+        try:
+            if alone := self._alone(horizons):
+                return alone
+            for number, until in enumerate(horizons):
+                on_progress(number / len(horizons))
+                self._begin(until)
+                begun = [c.mistakes for c in pool[:KEPT]]
+                pool = self._explored([*begun, *self._single.get(until, [])[:KEPT]])
                 if not pool[0].is_whole or any(m.hypothesis.vague for m in pool[0].mistakes):
                     pool = self._named(pool)
-            except SearchStopped:
-                self.is_stopped = True
-                break
-            finally:
-                self.trials += self._simulations.trials
-        self.look_at_all()
+        except SearchStopped:
+            self.is_stopped = True
+        finally:
+            self.look_at_all()
         return pool
 
     def stop_at(self, stops_at: float) -> None:
@@ -165,15 +174,47 @@ class CausalSearch:
             until *= LONGER
         return [*found, duration]
 
+    def _alone(self, horizons: Sequence[float]) -> list[Candidate]:
+        """Return the changes each of which explains all rows alone, the best first; none if no change does.
+
+        A change that explains the first rows is followed into more and more of them.
+        """
+        kept: list[Mistakes] = [()]
+        whole: list[Candidate] = []
+        for until in horizons:
+            self._begin(until)
+            self._fit.is_free = False
+            found = list(filter(self._is_near, map(self._fitted, kept)))
+            if not found and kept == [()]:
+                every = sorted(self._expanded(self._fitted(()), ALONE), key=_by_score)
+                self._single[until] = [candidate.mistakes for candidate in every]
+                found = list(filter(self._is_near, every))
+            if not found:
+                return []
+            found.sort(key=_by_score)
+            whole = [candidate for candidate in found if candidate.is_whole]
+            kept = [candidate.mistakes for candidate in found[:FITTED]]
+        return whole
+
+    def _is_near(self, candidate: Candidate) -> bool:
+        """Return whether what a program leaves of the rows is small enough to look at more of them."""
+        return self._simulations.shells.is_near(self._simulations.errors([candidate.mistakes])[0])
+
     def _begin(self, until: float) -> None:
         self._until = until
+        if until not in self._made:
+            self._made[until] = self._simulations_until(until)
+        self._simulations = self._made[until]
+        self._simulations.stops_at = self._stops_at
+        self._fit = Fit(self._simulations)
+        self._fit.is_free = True
+
+    def _simulations_until(self, until: float) -> Simulations:
         shells = Shells(self._sample, self._scale, self._points, until, self._events)
         floor_m = np.sqrt(3.0) * float(np.median(self._scale.floors_m.min(axis=1)))  # of the axis with most digits
         small = OF_FLOOR * floor_m / (ERROR * self._scale.size_m)
         fineness = float(np.clip(UNIT * small**0.25, FINEST, COARSEST))
-        self._simulations = Simulations(self._context, shells, self._stops_at, fineness)
-        self._fit = Fit(self._simulations)
-        self._fit.is_free = True
+        return Simulations(self._context, shells, self._stops_at, fineness)
 
     # --- programs -----------------------------------------------------------------------------------------------------
 
@@ -259,15 +300,18 @@ class CausalSearch:
 
     # --- what comes next ----------------------------------------------------------------------------------------------
 
-    def _expanded(self, candidate: Candidate) -> list[Candidate]:
-        """Return the programs that are a change away from one and fit best, fitted."""
+    def _expanded(self, candidate: Candidate, count: int = FITTED) -> list[Candidate]:
+        """Return the programs that are a change away from one and fit best, fitted.
+
+        count: of those that are fitted, apart from schemes; if it is larger than usual, more first values are tried.
+        """
         mistakes = candidate.mistakes
         run = self._run(mistakes)
         slopes = self._slopes(mistakes)
         programs: list[Mistakes] = []
         owners: list[object] = []
         shares: list[float] = []
-        for hypothesis, several in self._one_more(mistakes):
+        for hypothesis, several in self._one_more(mistakes, count > FITTED):
             programs += several
             owners += [hypothesis] * len(several)
             shares += [_share_of(hypothesis)] * len(several)
@@ -277,8 +321,11 @@ class CausalSearch:
             shares.append(1.0)
         counted = np.array(shares)
         ranks = candidate.rank - counted * (candidate.score - self._profiled(programs, slopes))
-        best = {programs[number]: shares[number] for number in _best(owners, ranks)[:FITTED]}
+        best = {programs[number]: shares[number] for number in _best(owners, ranks)[:count]}
         best |= dict.fromkeys(self._schemes(mistakes), 1.0)
+        if len(best) > 2 * FITTED:
+            hopeful = {program: self._fit.fitted(program, 2)[2] + self._cost(program) for program in best}
+            best = {program: best[program] for program in sorted(best, key=hopeful.__getitem__)[:FITTED]}
         found = []
         for program, share in best.items():
             child = self._fitted(program)
@@ -286,9 +333,9 @@ class CausalSearch:
             found.append(child)
         return found
 
-    def _one_more(self, mistakes: Mistakes) -> list[tuple[Hypothesis, list[Mistakes]]]:
+    def _one_more(self, mistakes: Mistakes, every_value: bool = False) -> list[tuple[Hypothesis, list[Mistakes]]]:
         """Return each mistake that can be added, and programs with its first values, and better ones."""
-        more = list(self._proposals.with_one_more(mistakes, self._run(mistakes)))
+        more = list(self._proposals.with_one_more(mistakes, self._run(mistakes), every_value))
         linear = [(several[0], hypothesis) for hypothesis, several in more if _is_linear(hypothesis)]
         return more + self._solved(linear, self._slopes(mistakes), self._simulations.errors([mistakes])[0])
 
@@ -306,7 +353,9 @@ class CausalSearch:
 
         Errors of steps grow with a power of their length, so one length shows which would fit best.
         """
-        first = self._proposals.first_step(mistakes, self._until, SHORT * self._context.turn_s)
+        spin = self._simulations.fastest(mistakes)["spin"]
+        turn_s = min(self._context.turn_s, 1 / spin if spin else np.inf)
+        first = self._proposals.first_step(mistakes, self._until, SHORT * turn_s)
         if not first:
             return []
         kinds = list(self._proposals.with_other_schemes(mistakes))

@@ -98,15 +98,17 @@ class Proposals:
         place = self._place.get(hypothesis)
         return self._parts.get(hypothesis.part, 0) if place is None else place
 
-    def with_one_more(self, mistakes: Mistakes, run: Run) -> Iterator[tuple[Hypothesis, list[Mistakes]]]:
-        """Yield each mistake that can be added, and the programs with its first values.
+    def with_one_more(
+        self, mistakes: Mistakes, run: Run, every_value: bool = False
+    ) -> Iterator[tuple[Hypothesis, list[Mistakes]]]:
+        """Yield each mistake that can be added, and the programs with its first values; every_value: not only some.
 
         If a small value has an effect in proportion, the program with the neutral value comes first.
         """
         taken = {m.hypothesis.part for m in mistakes}
         for hypothesis in (*self.hypotheses, *self._damping(mistakes)):
             if hypothesis.part not in taken:
-                values = [Mistake(hypothesis, value) for value in first_values(hypothesis, run)]
+                values = [Mistake(hypothesis, value) for value in first_values(hypothesis, run, every_value)]
                 yield hypothesis, [program for one in values for program in self._with(mistakes, one)]
         if "clock offset" not in taken:
             for late in map(self.schemes.late, LATE):
@@ -284,8 +286,8 @@ class Proposals:
         return any(m.hypothesis.part == "clock tick" for m in mistakes)
 
 
-def first_values(hypothesis: Hypothesis, run: Run) -> list:
-    """Return the values of a mistake that are tried first in a run."""
+def first_values(hypothesis: Hypothesis, run: Run, every_value: bool = False) -> list:
+    """Return the values of a mistake that are tried first in a run; every_value: not only some of many."""
     values = list(hypothesis.values) or [0.0]
     if not hypothesis.fitted or hypothesis.scale:
         return values
@@ -297,6 +299,6 @@ def first_values(hypothesis: Hypothesis, run: Run) -> list:
         times = {*np.linspace(0.0, run.until, TIMES + 2)[1:-1].tolist(), *rows}
         return [value for value in sorted(times) if least <= value < min(most, run.until)]
     count = MOST_VALUES if hypothesis.neutral is None else MOST_IF_LINEAR
-    if len(values) > count:
+    if len(values) > count and not every_value:
         values = [values[number] for number in np.linspace(0, len(values) - 1, count).round().astype(int)]
     return values if hypothesis.neutral is None else [hypothesis.neutral, *values]

@@ -23,6 +23,9 @@ from tumble.scenarios.frames import quaternion_product, rotation_matrix
 DEGREE = np.pi / 180
 # An inertia larger or smaller than this factor is rare.
 FAR = 31.6
+# Weight that it costs to assume a sphere: without impulses it moves as without the gyroscopic term, which is left out
+# by many.
+UNUSUAL = 1.0
 
 
 def rotation(context: Context) -> Iterator[Hypothesis]:
@@ -105,6 +108,7 @@ def _unequal_moments(context: Context) -> Iterator[Hypothesis]:
         "inertia",
         "inertia of a sphere: three equal moments",
         lambda program, _: program.but(moments=np.full(3, program.moments.mean())),
+        unlikely=UNUSUAL,
     )
     orders = [order for order in permutations(range(3)) if (moments[list(order)] != moments).any()]
     yield Hypothesis(
