@@ -2,10 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
 from tools.random_programs.contact import Answer, Claim
-from tools.random_programs.mistakes import Params
 from tools.random_programs.names import (
     DECAYS,
     GYROSCOPIC,
@@ -55,30 +53,7 @@ def kind_of(case: Case, truth: Truth) -> str:
         return NOTHING
     if truth.error < SIGNIFICANT or not truth.significant:
         return FAINT
-    return NAMED if all(readings(case, truth, fact) for fact in truth.significant) else UNNAMED
-
-
-def readings(case: Case, truth: Truth, fact: Fact) -> list[Params]:
-    """Return the parameters for which a fact has a name: its own, or those that make the same file; may be empty."""
-    if names(fact.label, fact.params):
-        return [fact.params]
-    if fact.label != "step":
-        return []
-    return [params for params, program in _named_steps(case, fact.params) if _is_file_of(case, truth, program)]
-
-
-def _named_steps(case: Case, params: Params) -> list[tuple[Params, Program]]:
-    """Return the named steps that are most similar to an unnamed one."""
-    own = case.program.scheme
-    if params["method"] != SPLIT:
-        near = {"Ralston": ("midpoint", "Heun")}.get(str(params["method"]), ("order 3", "order 4"))
-        return [(params | {"method": method}, case.program.with_scheme(method=method)) for method in near]
-    spins = [own.gyroscopic] if own.gyroscopic in GYROSCOPIC else ["explicit", "implicit", "rescaled", "midpoint"]
-    turns = [own.turning] if own.turning in TURNING else list(TURNING)
-    return [
-        (params | {"gyroscopic": spin, "turning": turn}, case.program.with_scheme(gyroscopic=spin, turning=turn))
-        for spin, turn in product(spins, turns)
-    ]
+    return NAMED if all(names(fact.label, fact.params) for fact in truth.significant) else UNNAMED
 
 
 def _is_file_of(case: Case, truth: Truth, program: Program) -> bool:
@@ -95,7 +70,7 @@ def matched(case: Case, truth: Truth, claims: Sequence[Claim]) -> Matched:
     for fact in truth.facts:
         due = fact.effect >= SIGNIFICANT
         tolerance = max(EXACT, BY_NOISE / fact.effect) if due else float("inf")
-        found = _fitting(case, truth, fact, claims, tolerance)
+        found = _fitting(case, fact, claims, tolerance)
         used |= set(found)
         if due and not found:
             missing.append(fact)
@@ -106,18 +81,17 @@ def matched(case: Case, truth: Truth, claims: Sequence[Claim]) -> Matched:
     return Matched(tuple(missing), hits, extras, is_same)
 
 
-def _fitting(case: Case, truth: Truth, fact: Fact, claims: Sequence[Claim], tolerance: float) -> dict[int, bool]:
+def _fitting(case: Case, fact: Fact, claims: Sequence[Claim], tolerance: float) -> dict[int, bool]:
     """Return the numbers of the claims that fit a fact, and whether each only names something with the same motion."""
     found: dict[int, bool] = {}
     due = fact.effect >= SIGNIFICANT
-    for params in readings(case, truth, fact) if due else [fact.params]:
-        for name in names(fact.label, params):
-            for number, claim in enumerate(claims):
-                if not fits(name, claim, params, case.scene, tolerance):
-                    continue
-                if fact.label == "step" and due and not step_fits(claim, params):
-                    continue
-                found[number] = name.same and found.get(number, True)
+    for name in names(fact.label, fact.params):
+        for number, claim in enumerate(claims):
+            if not fits(name, claim, fact.params, case.scene, tolerance):
+                continue
+            if fact.label == "step" and due and not step_fits(claim, fact.params):
+                continue
+            found[number] = name.same and found.get(number, True)
     return found
 
 
@@ -211,12 +185,13 @@ def _claimed_scheme(own: Scheme, claims: dict[str, Claim]) -> Scheme | None:
         tick = own.spacing / every
     spins = {name: kind for kind, name in GYROSCOPIC.items() if name}
     spin = spins.get(claim.parameters.get("gyroscopic", ""), "explicit")
+    turns = {name: kind for kind, name in TURNING.items()}
     return Scheme(
         tick,
         own.spacing,
         method,
         "explicit" if spin == "momentum" else spin,
-        claim.parameters.get("rotation", "") or "exponential",
+        turns.get(claim.parameters.get("rotation", ""), "exponential"),
         reading=reading,
         keeps="momentum" if spin == "momentum" else "world",
         substeps=max(1, round(tick / step)),

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 
 
@@ -39,6 +41,7 @@ class Explanation:
     is_noise : whether the residual is noise
     weight : information criterion; smaller is better
     weighted_rms_m : root mean square residual with each row weighted by its precision [m]
+    in_digits : the same over the floor of the printed digits alone, without single precision
     """
 
     mistakes: Mistakes
@@ -48,6 +51,7 @@ class Explanation:
     is_noise: bool
     weight: float
     weighted_rms_m: float
+    in_digits: float = np.inf
 
     @property
     def names(self) -> frozenset[str]:

@@ -53,13 +53,18 @@ class Evaluator:
         self.search_scale = self._with_single(stepwise(context.program, context.spacing_s / USUAL_STEPS))
 
     def explain(self, mistakes: Mistakes) -> Explanation:
-        """Return what mistakes leave of all rows, finely simulated."""
+        """Return what mistakes leave of all rows, finely simulated.
+
+        If the program may be of single precision, it is of what makes the residual more likely, that or double.
+        """
         self.trials += 1
         program = self.program_with(mistakes)
         errors = self._errors(program)
         scale = self._with_single(program)
         rms_m, weighted_rms_m = root_mean_square(errors), root_mean_square(scale.weighted(errors))
         in_floors = weighted_rms_m / scale.floor_m
+        in_digits = root_mean_square(self.scale.weighted(errors)) / self.scale.floor_m
+        weights = scale.weight(in_floors, self._vagueness(scale)), self.scale.weight(in_digits, 0.0)
         with np.errstate(all="ignore"):  # a run that diverged
             max_m = float(np.linalg.norm(errors, axis=-1).max())
         within_floor = scale.is_within_floor(weighted_rms_m)
@@ -73,8 +78,9 @@ class Evaluator:
             and scale.is_noise(rms_m, max_m, correlation, len(errors) - 1)
             and is_even(errors)
             and not spares_rows(errors, scale.floors_m),
-            weight=scale.weight(in_floors, self.cost(mistakes) + self._vagueness(scale)),
+            weight=self.cost(mistakes) + min(weights),
             weighted_rms_m=in_floors * self.scale.floor_m,
+            in_digits=in_digits,
         )
 
     def in_common_floors(self, mistakes: Mistakes) -> float:
@@ -132,9 +138,7 @@ class Evaluator:
 
     def _vagueness(self, scale: ResidualScale) -> float:
         """Return the weight of a larger noise floor, which explains more: of the likelihood of normal deviations."""
-        if scale is self.search_scale:
-            return 0.0
-        return 2.0 * scale.numbers * float(np.log(scale.floors_m / self.search_scale.floors_m).mean())
+        return 2.0 * scale.numbers * float(np.log(scale.floors_m / self.scale.floors_m).mean())
 
     def _autocorrelation(self, program: ProgramModel, errors: Array) -> float:
         """Return the autocorrelation of errors in world axes or in body axes, the larger one."""
