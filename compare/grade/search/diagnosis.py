@@ -10,7 +10,7 @@ import numpy as np
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
 from tumble.compare.grade.hypotheses.explanation import Explanation
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
-from tumble.compare.grade.measure.significance import ALIKE
+from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.closing import Closing
@@ -94,6 +94,8 @@ def diagnosed(
         found = search.candidates(stops_at, on_progress)
         explained += [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
     explained.sort(key=by_weight)
+    explained += _of_double(evaluator, explained, max(stops_at, thread_time() + CLOSING_S))
+    explained.sort(key=by_weight)
     closing.stop_at(max(stops_at, thread_time()) + CLOSING_S)
     explained = _closed(explained, closing)
     closing.stop_at(np.inf)
@@ -107,6 +109,19 @@ def _clearly_better(evaluator: Evaluator, explained: Sequence[Explanation]) -> l
     """Return the explanations that leave much less than no mistake, although single precision would explain that."""
     most = evaluator.in_common_floors(()) / CLEARLY
     return [each for each in explained if each.within_floor and evaluator.in_common_floors(each.mistakes) <= most]
+
+
+def _of_double(evaluator: Evaluator, explained: Sequence[Explanation], stops_at: float) -> list[Explanation]:
+    """Return explanations by programs of double precision that leave only what the digits allow.
+
+    They are sought if the digits do not show that the program is of single precision, and that would explain the rest.
+    """
+    best = next((each for each in explained if each.within_floor), None)
+    if evaluator.is_known or best is None or best.in_digits <= EXPLAINED:
+        return []
+    found = CausalSearch(evaluator, is_double=True).beyond(best.mistakes, stops_at)
+    every = [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
+    return [each for each in every if each.in_digits <= EXPLAINED]
 
 
 def _closed(explained: Sequence[Explanation], closing: Closing) -> list[Explanation]:
@@ -179,6 +194,7 @@ def _is_padded(explanation: Explanation, others: Iterable[Explanation]) -> bool:
     enough = explanation.weighted_rms_m * (LEAST_HELP if explanation.is_whole else MUCH_HELP)
     return any(
         other.names < explanation.names
+        and not explanation.needs_no_single(other)
         and (other.weighted_rms_m <= enough or (other.within_floor and explanation.within_floor))
         for other in others
     )
