@@ -119,7 +119,10 @@ def _of_double(evaluator: Evaluator, explained: Sequence[Explanation], stops_at:
     best = next((each for each in explained if each.within_floor), None)
     if evaluator.is_known or best is None or best.in_digits <= EXPLAINED:
         return []
-    found = CausalSearch(evaluator, is_double=True).beyond(best.mistakes, stops_at)
+    search = CausalSearch(evaluator, is_double=True)
+    found = search.beyond(best.mistakes, stops_at)
+    if not found[0].is_whole:
+        found = search.candidates(stops_at)
     every = [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
     return [each for each in every if each.in_digits <= EXPLAINED]
 
