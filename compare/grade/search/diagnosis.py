@@ -24,6 +24,8 @@ FINALISTS = 6
 LEAST_HELP, MUCH_HELP = 1.1, 1.5
 # Single precision explains an error that no engine's scheme makes this many times smaller.
 CLEARLY = 2.0
+# How often other explanations of the best one so far are looked for, and of those better than it how many are simplified.
+ROUNDS, SIMPLIFIED = 3, 2
 # Processor time beyond that of a search in which explanations are simplified and compared with others [s].
 CLOSING_S = 1.5
 
@@ -132,15 +134,17 @@ def _closed(explained: Sequence[Explanation], closing: Closing) -> list[Explanat
     whole = [closing.simplified(each) for each in explained if each.within_floor]
     if not whole:
         return list(explained)
-    alternatives = closing.alternatives(min(whole, key=by_weight))
-    # The values of a simplified one are plain, so another one with the same mistakes is no better.
-    others = [one for one in alternatives if all(_hypotheses(one) != _hypotheses(each) for each in whole)]
-    for _ in range(len(others)):
-        best = min((*whole, *others), key=by_weight)
-        if best in whole:
+    others: list[Explanation] = []
+    for _ in range(ROUNDS):
+        best = min(whole, key=by_weight)
+        # The values of a simplified one are plain, so another one with the same mistakes is no better.
+        known = [_hypotheses(each) for each in (*whole, *others)]
+        others += [each for each in closing.alternatives(best) if _hypotheses(each) not in known]
+        better = sorted((each for each in others if each.weight < best.weight), key=by_weight)
+        others = [each for each in others if each not in better]
+        whole += [closing.simplified(each) for each in better[:SIMPLIFIED]] + better[SIMPLIFIED:]
+        if min(whole, key=by_weight) is best:
             break
-        others.remove(best)
-        whole.append(closing.simplified(best))
     return [*whole, *others, *(each for each in explained if not each.within_floor)]
 
 
