@@ -24,7 +24,7 @@ FINALISTS = 6
 LEAST_HELP, MUCH_HELP = 1.1, 1.5
 # Single precision explains an error that no engine's scheme makes this many times smaller.
 CLEARLY = 2.0
-# How often other explanations of the best one so far are looked for, and of those better than it how many are simplified.
+# How often others as good as the best one are looked for, and how many of the better ones are simplified.
 ROUNDS, SIMPLIFIED = 3, 2
 # Processor time beyond that of a search in which explanations are simplified and compared with others [s].
 CLOSING_S = 1.5
