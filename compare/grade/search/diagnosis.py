@@ -24,8 +24,9 @@ FINALISTS = 6
 LEAST_HELP, MUCH_HELP = 1.1, 1.5
 # Single precision explains an error that no engine's scheme makes this many times smaller.
 CLEARLY = 2.0
-# Processor time beyond that of a search in which explanations are simplified and compared with others [s].
-CLOSING_S = 1.5
+# Share of the processor time after which nothing new is searched for; in the rest, explanations are simplified and
+# compared with others.
+SEARCHED = 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +78,7 @@ def diagnosed(
     -------
     the diagnosis
     """
+    begun_at = thread_time()
     null = evaluator.explain(())
     if null.within_floor and evaluator.is_within_digits():
         return _ranked(evaluator, null, [])
@@ -87,14 +89,13 @@ def diagnosed(
         explained = _clearly_better(evaluator, explained)
         if not explained:
             return replace(_ranked(evaluator, null, []), is_open=not evaluator.is_within_single_steps())
-    stops_at = thread_time() + search_s
     if not (explained and explained[0].within_floor):
         if explained:
             on_nearest(explained[0])
-        found = search.candidates(stops_at, on_progress)
+        found = search.candidates(begun_at + SEARCHED * search_s, on_progress)
         explained += [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
     explained.sort(key=by_weight)
-    closing.stop_at(max(stops_at, thread_time()) + CLOSING_S)
+    closing.stop_at(begun_at + search_s)
     explained = _closed(explained, closing)
     closing.stop_at(np.inf)
     evaluator.trials += search.trials
