@@ -253,8 +253,9 @@ def grade(
             flight = replace(scene, plane=None, duration=float(sample.times[-1]))
             context = context_of(flight, throw, replace(measured, sample=sample))
             scale = scale_of(sample, flight, measured.resolution_m)
+            single = measured.single, measured.single
             diagnosis = diagnose(
-                context, measured.description, sample, scale, measured.single, engines, on_nearest, searched, search_s
+                context, measured.description, sample, scale, *single, engines, on_nearest, searched, search_s
             )
         searched.end()
         return Grade(trajectory.name, scene, measured, diagnosis, "", scale, contact=contact)
@@ -272,8 +273,9 @@ def grade(
             context = replace(context, offset=offset.body)
         elif has_centre and (drift := constant_drift(sample, points, scale.floors_m)) is not None:
             context = replace(context, drift=np.stack(drift))
+        known = single, measured.single
         diagnosis = diagnose(
-            context, measured.description, sample, scale, single, engines, on_nearest, searched, search_s
+            context, measured.description, sample, scale, *known, engines, on_nearest, searched, search_s
         )
     searched.end()
     program = diagnosis.program if diagnosis else context.program
@@ -367,6 +369,7 @@ def diagnose(
     sample: SampledRows,
     scale: ResidualScale,
     single: bool = False,
+    is_known: bool = False,
     engines: Sequence[EngineScheme] = ENGINES,
     on_nearest: Callable[[Explanation], None] = lambda _: None,
     on_progress: Callable[[float], object] = lambda share: None,
@@ -374,9 +377,9 @@ def diagnose(
 ) -> Diagnosis:
     """Return what explains the sampled rows of one throw.
 
-    single: its numbers are of single precision; on_progress: called with the share of the search that is done;
-    search_s: processor time after which the search stops [s].
+    single: its numbers may be of single precision; is_known: they are; on_progress: called with the share of the search
+    that is done; search_s: processor time after which the search stops [s].
     """
     points = output_points(context.scene.body)[list(description.vertices)]
-    evaluator = Evaluator(context, hypotheses(context), sample, points, scale, single)
+    evaluator = Evaluator(context, hypotheses(context), sample, points, scale, single, is_known)
     return diagnosed(evaluator, engines, on_nearest, on_progress, search_s)

@@ -68,12 +68,12 @@ class Candidate:
 
 
 class CausalSearch:
-    """Searches for the mistakes of the program that wrote some rows."""
+    """Searches for the mistakes of the program that wrote some rows; is_double: it is of double precision."""
 
-    def __init__(self, evaluator: Evaluator) -> None:
-        self._evaluator = evaluator
+    def __init__(self, evaluator: Evaluator, is_double: bool = False) -> None:
+        self._evaluator, self._is_double = evaluator, is_double
         self._context, self._sample, self._points = evaluator.context, evaluator.rows, evaluator.points
-        self._scale, self._cost = evaluator.search_scale, evaluator.cost
+        self._scale, self._cost = evaluator.scale if is_double else evaluator.search_scale, evaluator.cost
         self.proposals = self._proposals = Proposals(evaluator.context, evaluator.hypotheses)
         self._events = np.array([impulse.time for impulse in self._context.program.impulses])
         self._made: dict[float, Simulations] = {}
@@ -110,6 +110,23 @@ class CausalSearch:
         finally:
             self.look_at_all()
         return pool
+
+    def beyond(self, mistakes: Mistakes, stops_at: float) -> list[Candidate]:
+        """Return programs that are one change after the other away from one, best first, until a processor time [s]."""
+        self._stops_at = stops_at
+        self._begin(self._context.duration)
+        self._fit.is_free = False
+        pool: dict[tuple, Candidate] = {}
+        try:
+            begun = self._fitted(mistakes)
+            begun.rank = begun.score
+            self._add(pool, begun)
+            self._dived(pool, begun)
+        except SearchStopped:
+            self.is_stopped = True
+        finally:
+            self.look_at_all()
+        return sorted(pool.values(), key=_by_score)
 
     def stop_at(self, stops_at: float) -> None:
         """Raise SearchStopped from a processor time on [s]."""
@@ -224,7 +241,7 @@ class CausalSearch:
         mistakes, weight, score = self._fit.fitted(mistakes)
         shells, errors = self._simulations.shells, self._simulations.errors([mistakes])[0]
         cost, is_whole = self._cost(mistakes), shells.is_whole(errors)
-        if not is_whole and shells.is_near(errors):
+        if not is_whole and not self._is_double and shells.is_near(errors):
             is_whole = self._evaluator.is_within_floor(mistakes, errors, shells.times, shells.floors_m)
         if is_whole and self._until >= self._context.duration:
             is_whole = self._evaluator.explain(mistakes).within_floor

@@ -10,7 +10,7 @@ import numpy as np
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
 from tumble.compare.grade.hypotheses.explanation import Explanation
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
-from tumble.compare.grade.measure.significance import ALIKE
+from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.closing import Closing
@@ -24,6 +24,9 @@ FINALISTS = 6
 LEAST_HELP, MUCH_HELP = 1.1, 1.5
 # Single precision explains an error that no engine's scheme makes this many times smaller.
 CLEARLY = 2.0
+# How often other explanations of the best one so far are looked for, and how many of those better than it are
+# simplified.
+ROUNDS, SIMPLIFIED = 3, 2
 # Share of the processor time after which nothing new is searched for; in the rest, explanations are simplified and
 # compared with others.
 SEARCHED = 0.8
@@ -78,7 +81,7 @@ def diagnosed(
     -------
     the diagnosis
     """
-    begun_at = thread_time()
+    begun_at, least_s = thread_time(), (1 - SEARCHED) * search_s
     null = evaluator.explain(())
     if null.within_floor and evaluator.is_within_digits():
         return _ranked(evaluator, null, [])
@@ -95,7 +98,9 @@ def diagnosed(
         found = search.candidates(begun_at + SEARCHED * search_s, on_progress)
         explained += [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
     explained.sort(key=by_weight)
-    closing.stop_at(begun_at + search_s)
+    explained += _of_double(evaluator, explained, max(begun_at + SEARCHED * search_s, thread_time() + least_s))
+    explained.sort(key=by_weight)
+    closing.stop_at(max(begun_at + search_s, thread_time() + least_s))
     explained = _closed(explained, closing)
     closing.stop_at(np.inf)
     evaluator.trials += search.trials
@@ -110,20 +115,38 @@ def _clearly_better(evaluator: Evaluator, explained: Sequence[Explanation]) -> l
     return [each for each in explained if each.within_floor and evaluator.in_common_floors(each.mistakes) <= most]
 
 
+def _of_double(evaluator: Evaluator, explained: Sequence[Explanation], stops_at: float) -> list[Explanation]:
+    """Return explanations by programs of double precision that leave only what the digits allow.
+
+    They are sought if the digits do not show that the program is of single precision, and that would explain the rest.
+    """
+    best = next((each for each in explained if each.within_floor), None)
+    if evaluator.is_known or best is None or best.in_digits <= EXPLAINED:
+        return []
+    search = CausalSearch(evaluator, is_double=True)
+    found = search.beyond(best.mistakes, stops_at)
+    if not found[0].is_whole:
+        found = search.candidates(stops_at)
+    every = [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
+    return [each for each in every if each.in_digits <= EXPLAINED]
+
+
 def _closed(explained: Sequence[Explanation], closing: Closing) -> list[Explanation]:
     """Return explanations, best first, with those of everything simplified, and others that are as good as these."""
     whole = [closing.simplified(each) for each in explained if each.within_floor]
     if not whole:
         return list(explained)
-    alternatives = closing.alternatives(min(whole, key=by_weight))
-    # The values of a simplified one are plain, so another one with the same mistakes is no better.
-    others = [one for one in alternatives if all(_hypotheses(one) != _hypotheses(each) for each in whole)]
-    for _ in range(len(others)):
-        best = min((*whole, *others), key=by_weight)
-        if best in whole:
+    others: list[Explanation] = []
+    for _ in range(ROUNDS):
+        best = min(whole, key=by_weight)
+        # The values of a simplified one are plain, so another one with the same mistakes is no better.
+        known = [_hypotheses(each) for each in (*whole, *others)]
+        others += [each for each in closing.alternatives(best) if _hypotheses(each) not in known]
+        better = sorted((each for each in others if each.weight < best.weight), key=by_weight)
+        others = [each for each in others if each not in better]
+        whole += [closing.simplified(each) for each in better[:SIMPLIFIED]] + better[SIMPLIFIED:]
+        if min(whole, key=by_weight) is best:
             break
-        others.remove(best)
-        whole.append(closing.simplified(best))
     return [*whole, *others, *(each for each in explained if not each.within_floor)]
 
 
@@ -180,6 +203,7 @@ def _is_padded(explanation: Explanation, others: Iterable[Explanation]) -> bool:
     enough = explanation.weighted_rms_m * (LEAST_HELP if explanation.is_whole else MUCH_HELP)
     return any(
         other.names < explanation.names
+        and not explanation.needs_no_single(other)
         and (other.weighted_rms_m <= enough or (other.within_floor and explanation.within_floor))
         for other in others
     )

@@ -33,8 +33,8 @@ class Evaluator:
     """Evaluates mistakes against the sampled rows of one throw.
 
     rows: the sample; points: the vertices in the file [m], axes of the body, (K, 3); scale: what residuals are compared
-    to, without single precision; single: the program may be of single precision; hypotheses: in the order in which a
-    program makes the mistakes; trials: number of simulated programs.
+    to, without single precision; single: the program may be of single precision; is_known: it is; hypotheses: in the
+    order in which a program makes the mistakes; trials: number of simulated programs.
     """
 
     def __init__(
@@ -45,9 +45,10 @@ class Evaluator:
         points: Array,
         scale: ResidualScale,
         single: bool = False,
+        is_known: bool = False,
     ) -> None:
         self.context, self.hypotheses, self.scale = context, list(hypotheses), scale
-        self.rows, self.points, self.single = sample, points, single
+        self.rows, self.points, self.single, self.is_known = sample, points, single, is_known
         self.trials = 0
         self._costs: dict[tuple[Hypothesis, bool], float] = {}
         self.search_scale = self._with_single(stepwise(context.program, context.spacing_s / USUAL_STEPS))

@@ -148,6 +148,8 @@ def _drag(context: Context) -> Iterator[Hypothesis]:
         ("quadratic-angular-drag", "angular damping", "quadratic angular drag: alpha = -{} |w| w", 3, "1", 1.0),
         ("drag-torque", "angular damping", "drag torque of -{} N m s times w", 4, "N m s", moment),
     ):
+        if name == "drag-torque" and float(np.ptp(context.program.moments)) == 0:
+            continue  # of equal moments it is angular damping
         yield Hypothesis(
             name,
             part,
