@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from itertools import takewhile
+from itertools import product, takewhile
 from math import exp, log
 from time import thread_time
 
@@ -12,7 +12,7 @@ from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_FORMS, DAMPIN
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes, with_value
 from tumble.compare.grade.hypotheses.names import ANGULAR_DAMPING, LINEAR_DAMPING
 from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
-from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, LINEARLY
+from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, LAST, LINEARLY
 from tumble.compare.grade.model.program_model import next_tick
 from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.evaluator import Evaluator
@@ -131,28 +131,32 @@ class Closing:
     def _plainer_damping(self, mistakes: Mistakes) -> Iterator[Mistakes]:
         """Yield mistakes with damping of plainer rates, in the form that has them; all has one form and place.
 
-        c dt, exp(-c dt) and 1/(1 + c dt) reduce a velocity equally in a step, with different rates c.
+        c dt, exp(-c dt) and 1/(1 + c dt) reduce a velocity equally in a step, with different rates c.  A step that
+        damps after it has moved the body is an explicit one with damping as a force.
         """
         damping = [m for m in mistakes if m.hypothesis.name in (LINEAR_DAMPING, ANGULAR_DAMPING)]
-        step = next((m.value for m in mistakes if m.hypothesis.part == STEPS), 0.0)
+        step = next((m for m in mistakes if m.hypothesis.part == STEPS), None)
+        own = self._proposals.schemes.of_step(step.hypothesis) if step else None
         others = tuple(m for m in mistakes if m not in damping)
         number_of = {words: number for number, words in DAMPING_PLACES.items()}
         details = [dict(m.hypothesis.details) for m in damping]
         places = [number_of[each["damping-place"]] for each in details if each]
         place = next((number for number in places if number != AS_FORCE), AS_FORCE)
-        for digits in FEW_DIGITS if any(details) else ():
-            for form, text in DAMPING_FORMS.items():
-                found = []
-                for one in damping:
-                    rate = one.value
-                    if place != AS_FORCE and step:
-                        own = dict(one.hypothesis.details).get("damping-form", DAMPING_FORMS[LINEARLY])
-                        rate = rate_of_a_step(left_in_a_step(rate * step, own), text) / step
-                    kind = one.hypothesis.name.partition("-")[0]
-                    one_form = form if place != AS_FORCE else LINEARLY
-                    hypothesis = self._proposals.schemes.damping(kind, place, one_form)
-                    found.append(Mistake(hypothesis, _in_digits(rate, digits)))
-                yield self._proposals.ordered((*others, *found))
+        variants = [(others, place)] if any(details) else []
+        if damping and step and own and own.explicit and place == AS_FORCE:
+            variants.append((self._with_step(others, step, replace(own, explicit=False, other_axes=False)), LAST))
+        for digits, (kept, where), form in product(FEW_DIGITS, variants, DAMPING_FORMS):
+            found = []
+            for one in damping:
+                rate = one.value
+                if where != AS_FORCE and step:
+                    said = dict(one.hypothesis.details).get("damping-form", DAMPING_FORMS[LINEARLY])
+                    left = left_in_a_step(rate * step.value, said)
+                    rate = rate_of_a_step(left, DAMPING_FORMS[form]) / step.value
+                kind = one.hypothesis.name.partition("-")[0]
+                hypothesis = self._proposals.schemes.damping(kind, where, form if where != AS_FORCE else LINEARLY)
+                found.append(Mistake(hypothesis, _in_digits(rate, digits)))
+            yield self._proposals.ordered((*kept, *found))
 
     def _without_details(self, best: Explanation) -> Explanation:
         """Return an explanation without the details of its step that all other steps fit as well."""

@@ -26,8 +26,9 @@ LEAST_HELP, MUCH_HELP = 1.1, 1.5
 CLEARLY = 2.0
 # How often others as good as the best one are looked for, and how many of the better ones are simplified.
 ROUNDS, SIMPLIFIED = 3, 2
-# Processor time beyond that of a search in which explanations are simplified and compared with others [s].
-CLOSING_S = 1.5
+# Share of the processor time after which nothing new is searched for; in the rest, explanations are simplified and
+# compared with others.
+SEARCHED = 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +80,7 @@ def diagnosed(
     -------
     the diagnosis
     """
+    begun_at, least_s = thread_time(), (1 - SEARCHED) * search_s
     null = evaluator.explain(())
     if null.within_floor and evaluator.is_within_digits():
         return _ranked(evaluator, null, [])
@@ -89,16 +91,15 @@ def diagnosed(
         explained = _clearly_better(evaluator, explained)
         if not explained:
             return replace(_ranked(evaluator, null, []), is_open=not evaluator.is_within_single_steps())
-    stops_at = thread_time() + search_s
     if not (explained and explained[0].within_floor):
         if explained:
             on_nearest(explained[0])
-        found = search.candidates(stops_at, on_progress)
+        found = search.candidates(begun_at + SEARCHED * search_s, on_progress)
         explained += [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
     explained.sort(key=by_weight)
-    explained += _of_double(evaluator, explained, max(stops_at, thread_time() + CLOSING_S))
+    explained += _of_double(evaluator, explained, max(begun_at + SEARCHED * search_s, thread_time() + least_s))
     explained.sort(key=by_weight)
-    closing.stop_at(max(stops_at, thread_time()) + CLOSING_S)
+    closing.stop_at(max(begun_at + search_s, thread_time() + least_s))
     explained = _closed(explained, closing)
     closing.stop_at(np.inf)
     evaluator.trials += search.trials
