@@ -403,10 +403,10 @@ def _is_single(trajectory: Trajectory) -> bool:
 def _may_be_single(trajectory: Trajectory) -> bool:
     """Whether no number of the position, the attitude or the vertices refutes that they are of single precision.
 
-    Vertices, and lengths in another unit, are computed when they are written, perhaps in double precision.
+    Vertices, matrices and lengths in another unit are computed when they are written, perhaps in double precision.
     """
     description = trajectory.descriptions[0]
-    if description.kind == "vertices" or any(
+    if description.kind in ("vertices", "matrix") or any(
         trajectory.columns[name].factor != 1.0 for name in CENTRE if name in trajectory.columns
     ):
         return True

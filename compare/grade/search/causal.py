@@ -8,7 +8,7 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
-from tumble.compare.grade.measure.significance import ALIKE
+from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.least_squares import Fit, free_values
 from tumble.compare.grade.search.proposals import STEPS, Proposals, Run, SchemeKind
@@ -243,8 +243,9 @@ class CausalSearch:
         cost, is_whole = self._cost(mistakes), shells.is_whole(errors)
         if not is_whole and not self._is_double and shells.is_near(errors):
             is_whole = self._evaluator.is_within_floor(mistakes, errors, shells.times, shells.floors_m)
-        if is_whole and self._until >= self._context.duration:
-            is_whole = self._evaluator.explain(mistakes).within_floor
+        if self._until >= self._context.duration and (is_whole or shells.is_near(errors)):
+            explained = self._evaluator.explain(mistakes)
+            is_whole = explained.in_digits <= EXPLAINED if self._is_double else explained.within_floor
         return Candidate(mistakes, weight + cost, score + cost, is_whole)
 
     def _explored(self, begun: Sequence[Mistakes]) -> list[Candidate]:

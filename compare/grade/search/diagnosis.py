@@ -24,8 +24,7 @@ FINALISTS = 6
 LEAST_HELP, MUCH_HELP = 1.1, 1.5
 # Single precision explains an error that no engine's scheme makes this many times smaller.
 CLEARLY = 2.0
-# How often other explanations of the best one so far are looked for, and how many of those better than it are
-# simplified.
+# How often others as good as the best one are looked for, and how many of the better ones are simplified.
 ROUNDS, SIMPLIFIED = 3, 2
 # Share of the processor time after which nothing new is searched for; in the rest, explanations are simplified and
 # compared with others.

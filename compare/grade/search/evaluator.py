@@ -1,6 +1,7 @@
 """Evaluates explanations: what mistakes leave of all rows, finely simulated, and what it costs to assume them."""
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -25,6 +26,9 @@ USUAL_STEPS = 4
 # What single precision explains, over the bound of its effect: programs of single precision that are simulated with all
 # of their mistakes leave at most 0.8 of the bound, and a residual within the floor may be twice the floor.
 OF_THE_BOUND = 0.5
+# A residual of so many floors, of the digits or of single precision, is only the error of the two simulations if it is
+# at most this share of what no mistake leaves.
+NEARLY_DIGITS, NEARLY_SINGLE, SMALL_SHARE = 4.0, 3.0, 1e-3
 # Steps in a row interval that a program may take.
 PARTS = 200
 
@@ -68,7 +72,7 @@ class Evaluator:
         weights = scale.weight(in_floors, self._vagueness(scale)), self.scale.weight(in_digits, 0.0)
         with np.errstate(all="ignore"):  # a run that diverged
             max_m = float(np.linalg.norm(errors, axis=-1).max())
-        within_floor = scale.is_within_floor(weighted_rms_m)
+        within_floor = scale.is_within_floor(weighted_rms_m) or self._is_nearly(mistakes, in_floors, in_digits)
         correlation = 0.0 if within_floor else self._autocorrelation(program, errors)
         return Explanation(
             mistakes=mistakes,
@@ -83,6 +87,16 @@ class Evaluator:
             weighted_rms_m=in_floors * self.scale.floor_m,
             in_digits=in_digits,
         )
+
+    def _is_nearly(self, mistakes: Mistakes, in_floors: float, in_digits: float) -> bool:
+        """Return whether mistakes leave little more than the floor, and nearly nothing of what no mistake leaves."""
+        if not mistakes or not (in_digits <= NEARLY_DIGITS or in_floors <= NEARLY_SINGLE):
+            return False
+        return self.in_common_floors(mistakes) <= SMALL_SHARE * self._null_in_common_floors
+
+    @cached_property
+    def _null_in_common_floors(self) -> float:
+        return self.in_common_floors(())
 
     def in_common_floors(self, mistakes: Mistakes) -> float:
         """Return what mistakes leave of all rows, in the floors that a search has for every program."""

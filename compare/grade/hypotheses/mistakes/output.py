@@ -1,6 +1,7 @@
 """Mistakes in the output: numbers in another order, an inverse, another centre, other axes."""
 
 from collections.abc import Iterator, Sequence
+from itertools import product
 
 import numpy as np
 
@@ -154,7 +155,7 @@ def _length_units(context: Context) -> Iterator[Hypothesis]:
 
 def _half_converted(context: Context) -> Iterator[Hypothesis]:
     """Yield that only the position, or only the attitude, was converted to other axes."""
-    if context.kind == "vertices":
+    if not context.has_centre:
         return
     for name, text, centre in (
         ("position-only-in-wrong-axes", "position, but not attitude, in wrong axes: x y z replaced by {}", True),
@@ -221,15 +222,20 @@ def _rotating_axes(context: Context) -> Iterator[Hypothesis]:
 
 
 def _wrong_axes(context: Context) -> Iterator[Hypothesis]:
-    for name, text, determinant in (
-        ("left-handed-axes", "left-handed axes: x y z replaced by {}", -1),
-        ("wrong-axes", "wrong axes: x y z replaced by {}", 1),
+    # Vertices may be converted themselves, or computed from a pose that was.
+    of_vertices = (("", True), (", before the vertices are computed", False))
+    for (name, text, determinant), (when, is_of_vertices) in product(
+        (
+            ("left-handed-axes", "left-handed axes: x y z replaced by {}", -1),
+            ("wrong-axes", "wrong axes: x y z replaced by {}", 1),
+        ),
+        of_vertices if context.kind == "vertices" else (("", False),),
     ):
-        renamings = [_in_axes(axes, context.kind == "vertices") for axes in signed_permutations(determinant)]
+        renamings = [_in_axes(axes, is_of_vertices) for axes in signed_permutations(determinant)]
         yield Hypothesis(
             name,
             "axes",
-            text,
+            text + when,
             lambda program, number, renamings=renamings: with_output_transform(program, renamings[int(number)]),
             choice(len(renamings)),
             tuple(map(axis_names, signed_permutations(determinant))),
