@@ -183,12 +183,11 @@ class ProgramModel:
             pose = self._between_ticks(times, reached, fineness)
         else:
             pose = pose_of(times, self.simulate(reached, fineness))
-        if self.body.file_axes[0] != 1.0:
-            pose = _in_file_axes(pose, self.body.file_axes)
-        if self.output_transforms:
-            with np.errstate(all="ignore"):  # a run that diverged leaves a large residual
-                for writing in self.output_transforms:
-                    pose = writing(pose)
+        with np.errstate(all="ignore"):  # a run that diverged leaves a large residual
+            if self.body.file_axes[0] != 1.0:
+                pose = _in_file_axes(pose, self.body.file_axes)
+            for writing in self.output_transforms:
+                pose = writing(pose)
         return pose
 
     def _between_ticks(self, times: Array, reached: Array, fineness: float) -> Pose:

@@ -12,6 +12,8 @@ from tumble.compare.grade.model.program_model import SEARCHING, Pose, ProgramMod
 from tumble.compare.grade.search.shells import Shells
 from tumble.scenarios.frames import Array
 
+# Programs that are simulated from one look at the clock to the next.
+BETWEEN = 16
 # Columns of a simulated row.
 V, W = slice(12, 15), slice(15, 18)
 
@@ -31,12 +33,12 @@ class Simulations:
 
     def errors(self, programs: Sequence[Mistakes]) -> Array:
         """Return the residuals of programs with mistakes, in floors, (V, T, K, 3).  Raises SearchStopped."""
-        if thread_time() > self.stops_at:
-            raise SearchStopped
         self.trials += len(programs)
         shells = self.shells
         x, axes = np.empty((len(programs), len(shells), 3)), np.empty((len(programs), len(shells), 3, 3))
         for number, mistakes in enumerate(programs):
+            if number % BETWEEN == 0 and thread_time() > self.stops_at:
+                raise SearchStopped
             pose = self._pose(mistakes)
             x[number], axes[number] = pose.x, pose.axes
         return shells.residuals(x, axes, self.context.has_centre)
