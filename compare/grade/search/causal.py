@@ -1,6 +1,6 @@
 """Finds the mistakes of a program in the order in which they show: first in the first rows, then in more and more."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
@@ -34,6 +34,8 @@ MOST_MISTAKES = 8
 # Radians in a step of a continuous run: its error, over the body's size, is ERROR at UNIT, and grows with the fourth
 # power; it is to be below a share of the floor.
 UNIT, ERROR, OF_FLOOR, FINEST, COARSEST = 0.2, 1e-5, 0.3, 0.02, 0.15
+# Share of the time that is left in which others as good as a program are looked for, before they are fitted.
+PROFILED = 0.6
 # Coarse simulations show what to try next if their errors are below this share of what is off.
 SCREENED = 1e-3
 # Radians in a step from which the length of the right one is estimated.
@@ -169,24 +171,36 @@ class CausalSearch:
         """
         self._fit.is_free = False
         slopes, least = self._slopes(mistakes), self._fitted(mistakes).weight
-        run = self._run(mistakes)
-        programs = [program for _, program in self._proposals.with_others(mistakes, run)]
-        programs += [*self._proposals.with_same_step(mistakes), *self._proposals.with_other_steps(mistakes)]
-        kept = [m for m in mistakes if m.hypothesis.part != STEPS]
-        for one in kept:
-            others = tuple(m for m in mistakes if m is not one)
-            programs += self._schemes(others)
-            programs += [each for _, several in self._one_more(others) for each in several]
-        pairs = [tuple(m for m in mistakes if m is not one and m is not other) for one, other in combinations(kept, 2)]
-        for fewer in dict.fromkeys([*pairs, ()]):
-            programs += [each for _, several in self._proposals.with_one_more(fewer, run) for each in several]
-        programs = list(dict.fromkeys(program for program in programs if program != mistakes))
-        weights = self._profiled(programs, slopes)
-        likely = [programs[n] for n in np.argsort(weights, kind="stable")[:FITTED] if weights[n] < least + 2 * ALIKE]
+        weights: dict[Mistakes, float] = {}
+        stops_at = self._simulations.stops_at
+        self._simulations.stop_earlier(PROFILED)
+        try:
+            for programs in self._one_change_away(mistakes):
+                new = list(dict.fromkeys(m for m in programs if m != mistakes and m not in weights))
+                weights |= zip(new, self._profiled(new, slopes), strict=True)
+        except SearchStopped:
+            self.is_stopped = True
+        finally:
+            self._simulations.stops_at = stops_at
+        likely = [m for m in sorted(weights, key=weights.__getitem__)[:FITTED] if weights[m] < least + 2 * ALIKE]
         fits = sorted(((self._fitted(m), m) for m in likely), key=lambda fit: fit[0].weight)
         # Values that are plain already may be better than those that fit some of the rows best.
         both = [each for fit, m in fits if fit.weight < least + ALIKE for each in (m, fit.mistakes)]
         return list(dict.fromkeys(both))
+
+    def _one_change_away(self, mistakes: Mistakes) -> Iterator[list[Mistakes]]:
+        """Yield lists of programs: with a change, with one mistake in the place of two, of one, or of all."""
+        run = self._run(mistakes)
+        others = [program for _, program in self._proposals.with_others(mistakes, run)]
+        yield [*others, *self._proposals.with_same_step(mistakes), *self._proposals.with_other_steps(mistakes)]
+        kept = [m for m in mistakes if m.hypothesis.part != STEPS]
+        pairs = [tuple(m for m in mistakes if m is not one and m is not other) for one, other in combinations(kept, 2)]
+        for fewer in dict.fromkeys([*pairs, ()]):
+            yield [each for _, several in self._one_more(fewer) for each in several]
+        for one in kept:
+            fewer = tuple(m for m in mistakes if m is not one)
+            yield self._schemes(fewer)
+            yield [each for _, several in self._one_more(fewer) for each in several]
 
     def _horizons(self) -> list[float]:
         duration, spacing = self._context.duration, self._context.spacing_s

@@ -13,7 +13,7 @@ from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.compare.grade.search.causal import CausalSearch
-from tumble.compare.grade.search.closing import Closing
+from tumble.compare.grade.search.closing import HIDDEN, LARGER, Closing
 from tumble.compare.grade.search.engine_search import EngineSearch
 from tumble.compare.grade.search.evaluator import Evaluator
 
@@ -161,11 +161,15 @@ def _ranked(evaluator: Evaluator, null: Explanation, found: Sequence[Explanation
     if not (helpful and null.within_floor):
         helpful.insert(0, null)
     ranked = [each for each in sorted(helpful, key=by_weight) if not _is_padded(each, helpful)]
-    best = ranked[0]
+    as_good = _as_good(evaluator, ranked)
+    best = _best(evaluator, ranked[0], as_good)
     alike = [
         each
-        for each in ranked[1:]
-        if each.weight < best.weight + ALIKE and not each.names > best.names and _key(each) != _key(best)
+        for each in ranked
+        if each is not best
+        and (each.weight < best.weight + ALIKE or each in as_good)
+        and not each.names > best.names
+        and _key(each) != _key(best)
     ]
     return Diagnosis(
         null=null,
@@ -175,6 +179,24 @@ def _ranked(evaluator: Evaluator, null: Explanation, found: Sequence[Explanation
         trials=evaluator.trials,
         program=evaluator.program_with(best.mistakes),
     )
+
+
+def _as_good(evaluator: Evaluator, ranked: Sequence[Explanation]) -> list[Explanation]:
+    """Return explanations that single precision does not distinguish from the first one; none if it says nothing.
+
+    Its effect is not white: a smaller residual within it says little.
+    """
+    first = ranked[0]
+    if not first.within_floor or first.in_digits <= EXPLAINED:
+        return []
+    most_m = max(LARGER * first.weighted_rms_m, HIDDEN * evaluator.scale.floor_m)
+    return [each for each in ranked if each.within_floor and each.weighted_rms_m <= most_m]
+
+
+def _best(evaluator: Evaluator, first: Explanation, as_good: Sequence[Explanation]) -> Explanation:
+    """Return the first explanation, or one as good with much fewer assumptions."""
+    plainest = min((first, *as_good), key=lambda each: evaluator.cost(each.mistakes))
+    return plainest if evaluator.cost(plainest.mistakes) < evaluator.cost(first.mistakes) - ALIKE / 2 else first
 
 
 def by_weight(explanation: Explanation) -> float:
