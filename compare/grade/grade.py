@@ -18,7 +18,7 @@ from tumble.compare.grade.contact_grade import (
     grade_contact,
 )
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
-from tumble.compare.grade.hypotheses.explanation import Explanation
+from tumble.compare.grade.hypotheses.explanation import NEARLY_RIGHT, Explanation
 from tumble.compare.grade.hypotheses.hypothesis import Context
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.measure.conserved import fitted_pose
@@ -61,9 +61,9 @@ LITTLE = 1e-6
 # Rows in which single precision may move the body by more than this share of its size decide nothing, if it could
 # explain all; and the fewest rows without that are enough.
 LARGE_FLOOR, FEWEST = 1e-3, 12
-# A factor that differs from 1 by less was fitted to something else, alone or beside other fitted values; so were more
-# values than this.
-NEARLY_RIGHT, NEARLY_RIGHT_OF_SEVERAL, MOST_FITTED = 1e-4, 1e-2, 3
+# A factor that differs from 1 by less, beside other fitted values, was fitted to something else; so were more values
+# than this.
+NEARLY_RIGHT_OF_SEVERAL, MOST_FITTED = 1e-2, 3
 # A fitted step is a part of a row interval if their ratio is as near to a whole number.
 WHOLE = 0.02
 # Row intervals that differ by less than this share are the same but for their rounding; rounding of a time.
@@ -166,9 +166,7 @@ class Grade:
             return False
         fitted = [m for m in diagnosis.best.mistakes if m.hypothesis.fitted and not m.has_named_value]
         near = NEARLY_RIGHT_OF_SEVERAL if len(fitted) > 1 else NEARLY_RIGHT
-        nearly_right = [m for m in fitted if not (m.hypothesis.unit or m.hypothesis.scale) and abs(m.value - 1) < near]
-        nearly_right += [m for m in fitted if m.hypothesis.scale and np.abs(m.value).max() < near * m.hypothesis.scale]
-        if nearly_right or len(fitted) > MOST_FITTED:
+        if len(fitted) > MOST_FITTED or any(m.is_nearly_right(near) for m in fitted):
             return True
         values = {m.hypothesis.part: m for m in diagnosis.best.mistakes}
         if "clock tick" in values and not values["clock tick"].has_named_value:
