@@ -75,7 +75,7 @@ COARSE = LARGEST_NOISE
 RIGHT_IF_EXPLAINED = 0.94
 
 # Processor time after which a search stops [s].
-SEARCH_S = 2.0
+SEARCH_S = 3.0
 # The tasks that take long: reading rows, the truth, the search.
 TASKS = 3
 

@@ -34,6 +34,8 @@ MOST_MISTAKES = 8
 # Radians in a step of a continuous run: its error, over the body's size, is ERROR at UNIT, and grows with the fourth
 # power; it is to be below a share of the floor.
 UNIT, ERROR, OF_FLOOR, FINEST, COARSEST = 0.2, 1e-5, 0.3, 0.02, 0.15
+# Coarse simulations show what to try next if their errors are below this share of what is off.
+SCREENED = 1e-3
 # Radians in a step from which the length of the right one is estimated.
 SHORT = 0.3
 # What one more mistake must gain before all of the run is looked at.
@@ -77,6 +79,7 @@ class CausalSearch:
         self.proposals = self._proposals = Proposals(evaluator.context, evaluator.hypotheses)
         self._events = np.array([impulse.time for impulse in self._context.program.impulses])
         self._made: dict[float, Simulations] = {}
+        self._coarse: dict[float, Simulations] = {}
         self._single: dict[float, list[Mistakes]] = {}
         self.is_stopped = False
         self.look_at_all()
@@ -84,7 +87,8 @@ class CausalSearch:
     @property
     def trials(self) -> int:
         """The number of simulated programs."""
-        return sum(simulations.trials for simulations in self._made.values())
+        every = {*self._made.values(), *self._coarse.values()}
+        return sum(simulations.trials for simulations in every)
 
     def candidates(
         self, stops_at: float, on_progress: Callable[[float], object] = lambda share: None
@@ -205,8 +209,10 @@ class CausalSearch:
             self._fit.is_free = False
             found = list(filter(self._is_near, map(self._fitted, kept)))
             if not found and kept == [()]:
-                every = sorted(self._expanded(self._fitted(()), ALONE), key=_by_score)
-                self._single[until] = [candidate.mistakes for candidate in every]
+                nothing = self._fitted(())
+                every = sorted(self._expanded(nothing, ALONE), key=_by_score)
+                hopeful = [candidate for candidate in every if candidate.score < NEARLY * nothing.score]
+                self._single[until] = [candidate.mistakes for candidate in hopeful]
                 found = list(filter(self._is_near, every))
             if not found:
                 return []
@@ -222,18 +228,20 @@ class CausalSearch:
     def _begin(self, until: float) -> None:
         self._until = until
         if until not in self._made:
-            self._made[until] = self._simulations_until(until)
+            self._made[until], self._coarse[until] = self._simulations_until(until)
         self._simulations = self._made[until]
         self._simulations.stops_at = self._stops_at
         self._fit = Fit(self._simulations)
         self._fit.is_free = True
 
-    def _simulations_until(self, until: float) -> Simulations:
+    def _simulations_until(self, until: float) -> tuple[Simulations, Simulations]:
+        """Return fine and coarse simulations until a time [s]."""
         shells = Shells(self._sample, self._scale, self._points, until, self._events)
         floor_m = np.sqrt(3.0) * float(np.median(self._scale.floors_m.min(axis=1)))  # of the axis with most digits
         small = OF_FLOOR * floor_m / (ERROR * self._scale.size_m)
         fineness = float(np.clip(UNIT * small**0.25, FINEST, COARSEST))
-        return Simulations(self._context, shells, self._stops_at, fineness)
+        fine = Simulations(self._context, shells, self._stops_at, fineness)
+        return fine, Simulations(self._context, shells, self._stops_at, COARSEST) if fineness < COARSEST else fine
 
     # --- programs -----------------------------------------------------------------------------------------------------
 
@@ -340,7 +348,7 @@ class CausalSearch:
             owners.append(key)
             shares.append(1.0)
         counted = np.array(shares)
-        ranks = candidate.rank - counted * (candidate.score - self._profiled(programs, slopes))
+        ranks = candidate.rank - counted * (candidate.score - self._screened(candidate, programs, slopes))
         best = {programs[number]: shares[number] for number in _best(owners, ranks)[:count]}
         best |= dict.fromkeys(self._schemes(mistakes), 1.0)
         if len(best) > 2 * FITTED:
@@ -466,12 +474,21 @@ class CausalSearch:
                 found.append((hypothesis, list(dict.fromkeys(tried))))
         return found
 
-    def _profiled(self, programs: Sequence[Mistakes], slopes: Array) -> Array:
+    def _screened(self, candidate: Candidate, programs: Sequence[Mistakes], slopes: Array) -> Array:
+        """Return the scores of programs that are a change away from one; coarsely simulated, if that is far off."""
+        fine, coarse = self._simulations, self._coarse[self._until]
+        coarse.stops_at = self._stops_at
+        errors, others = (each.errors([candidate.mistakes]) for each in (fine, coarse))
+        with np.errstate(all="ignore"):  # a run that diverged, or is right
+            share = float(np.sqrt(np.square(others - errors).mean() / np.square(errors).mean()))
+        return self._profiled(programs, slopes, coarse if share < SCREENED else fine)
+
+    def _profiled(self, programs: Sequence[Mistakes], slopes: Array, simulations: Simulations | None = None) -> Array:
         """Return the scores of programs, with what derivatives, (P, T, K, 3), can explain of each left out."""
-        found = np.empty(len(programs))
+        found, simulations = np.empty(len(programs)), simulations or self._simulations
         for begin in range(0, len(programs), 400):
             part = programs[begin : begin + 400]
-            errors = self._simulations.errors(part)
+            errors = simulations.errors(part)
             found[begin : begin + 400] = self._fit.scored(errors)[1]
             if len(slopes):
                 left = self._fit.scored(self._left(errors, slopes))[1]

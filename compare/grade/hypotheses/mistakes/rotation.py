@@ -25,7 +25,7 @@ DEGREE = np.pi / 180
 FAR = 31.6
 # Weight that it costs to assume a sphere: without impulses it moves as without the gyroscopic term, which is left out
 # by many.
-UNUSUAL = 1.0
+UNUSUAL = 8.0
 
 
 def rotation(context: Context) -> Iterator[Hypothesis]:
