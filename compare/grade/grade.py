@@ -71,11 +71,14 @@ EVEN, ROUNDING = 0.2, 1e-9
 # Printed digits that leave more than this share of the body's size open show it neither right nor wrong.
 COARSE = LARGEST_NOISE
 
-# Share of files called explained whose mistakes were named right, measured by `tools/random_programs`.
-RIGHT_IF_EXPLAINED = 0.94
+# Share of files called explained whose mistakes were named right, measured by `tools/random_programs`: of those with an
+# engine's whole scheme or with one mistake, with several, and with several if the search was stopped or single
+# precision, which the digits do not show, explains more than so many times what they leave open.
+RIGHT_IF_ONE, RIGHT_IF_SEVERAL, RIGHT_IF_DOUBTFUL = 0.98, 0.87, 0.72
+MUCH_BY_SINGLE = 10.0
 
 # Processor time after which a search stops [s].
-SEARCH_S = 3.0
+SEARCH_S = 2.0
 # The tasks that take long: reading rows, the truth, the search.
 TASKS = 3
 
@@ -154,7 +157,13 @@ class Grade:
     @cached_property
     def confidence(self) -> float | None:
         """Probability that the explanation, or one as good, is right; None if the file is not explained."""
-        return RIGHT_IF_EXPLAINED if self.verdict == EXPLAINED_WHOLLY and self.diagnosis is not None else None
+        if self.verdict != EXPLAINED_WHOLLY or self.diagnosis is None:
+            return None
+        best = self.diagnosis.best
+        if self.diagnosis.engines or len(best.mistakes) == 1:
+            return RIGHT_IF_ONE
+        by_single = best.in_digits > MUCH_BY_SINGLE and not self.measured.single
+        return RIGHT_IF_DOUBTFUL if by_single or self.diagnosis.stopped_s else RIGHT_IF_SEVERAL
 
     def _is_contrived(self, diagnosis: Diagnosis) -> bool:
         """Whether the best explanation has values that no program has: they were fitted to what something else left.
