@@ -35,6 +35,8 @@ HITS = (RIGHT, ALIKE, SAME)
 EXACT, BY_NOISE = 0.01, 5.0
 # Step of the program that simulates an answer without a step [s].
 FINE = 0.0005
+# How rows between ticks are read, by the name of a claim.
+BETWEEN = {"interpolated-rows": "arcs", "fixed-physics-step": "held", "extrapolated-rows": "ahead"}
 
 
 @dataclass(frozen=True)
@@ -143,7 +145,7 @@ def translated(case: Case, claims: Sequence[Claim]) -> list[Program]:
     planted: list[Planted] = []
     late = 0.0
     for claim in claims:
-        if claim.name in (*STEPS.values(), "interpolated-rows", "velocity-in-body-axes"):
+        if claim.name in (*STEPS.values(), *BETWEEN, "velocity-in-body-axes"):
             continue
         if claim.name in ("linear-damping", "angular-damping") and scheme.method == SPLIT:
             damping = _claimed_damping(damping, claim)
@@ -168,16 +170,20 @@ def translated(case: Case, claims: Sequence[Claim]) -> list[Program]:
 def _claimed_scheme(own: Scheme, claims: dict[str, Claim]) -> Scheme | None:
     """Return the scheme of an answer; None if rows are not multiples of its step."""
     method = next((method for method, name in STEPS.items() if name in claims), None)
+    between = next((name for name in BETWEEN if name in claims), None)
+    reading = Reading(0, BETWEEN[between]) if between else Reading()
+    tick = claims[between].number("step") if between else None
     if method is None:
-        every = max(1, round(own.spacing / FINE))
-        return Scheme(own.spacing / every, own.spacing, "order 4")
+        whole = tick or own.spacing
+        parts = max(1, round(whole / FINE))
+        if tick:
+            return Scheme(tick, own.spacing, "order 4", reading=reading, substeps=parts)
+        return Scheme(own.spacing / parts, own.spacing, "order 4")
     claim = claims[STEPS[method]]
     step = claim.number("step")
     if not step:
         return None
-    reading, tick = Reading(), step
-    if "interpolated-rows" in claims:
-        reading, tick = Reading(0, "arcs"), claims["interpolated-rows"].number("step") or step
+    tick = tick or step
     every = round(own.spacing / tick)
     if not reading.between:
         if every < 1 or abs(every * tick - own.spacing) > 1e-3 * own.spacing:
@@ -186,6 +192,9 @@ def _claimed_scheme(own: Scheme, claims: dict[str, Claim]) -> Scheme | None:
     spins = {name: kind for kind, name in GYROSCOPIC.items() if name}
     spin = spins.get(claim.parameters.get("gyroscopic", ""), "explicit")
     turns = {name: kind for kind, name in TURNING.items()}
+    moves = "new"
+    if method == "explicit Euler" and "rotation" in claim.parameters:
+        method, moves = SPLIT, "old, all"
     return Scheme(
         tick,
         own.spacing,
@@ -193,7 +202,8 @@ def _claimed_scheme(own: Scheme, claims: dict[str, Claim]) -> Scheme | None:
         "explicit" if spin == "momentum" else spin,
         turns.get(claim.parameters.get("rotation", ""), "exponential"),
         reading=reading,
-        keeps="momentum" if spin == "momentum" else "world",
+        keeps="momentum" if spin == "momentum" else claim.parameters.get("stored", "") or "world",
+        moves=moves,
         substeps=max(1, round(tick / step)),
         centre=int(claim.number("substeps") or 1),
         velocity=next((how for how, moves in VELOCITY.items() if moves == _moves(claims)), "world"),

@@ -10,6 +10,8 @@ from tumble.compare.grade.measure.significance import EXPLAINED
 
 # Residuals over the floor of the printed digits that are nearly within it, over those within it.
 NEARLY = 1.5
+# A value that differs from the right one by a smaller share was fitted to something else.
+NEARLY_RIGHT = 1e-4
 
 
 class Mistake(NamedTuple):
@@ -27,6 +29,17 @@ class Mistake(NamedTuple):
     def has_named_value(self) -> bool:
         """Whether its value has a name."""
         return self.value in self.hypothesis.named_values
+
+    def is_nearly_right(self, near: float = NEARLY_RIGHT) -> bool:
+        """Whether its value was fitted and is nearly that of a right program; near: share, of factors and of 0."""
+        hypothesis = self.hypothesis
+        if not hypothesis.fitted or self.has_named_value:
+            return False
+        if hypothesis.scale:
+            right = np.array(hypothesis.values[0])
+            near = NEARLY_RIGHT if right.any() else near
+            return float(np.abs(self.value - right).max()) < near * hypothesis.scale
+        return not hypothesis.unit and abs(self.value - 1) < near
 
 
 Mistakes = tuple[Mistake, ...]

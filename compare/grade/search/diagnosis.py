@@ -224,10 +224,15 @@ def _is_padded(explanation: Explanation, others: Iterable[Explanation]) -> bool:
     enough = explanation.weighted_rms_m * (LEAST_HELP if explanation.is_whole else MUCH_HELP)
     return any(
         other.names < explanation.names
-        and not explanation.needs_no_single(other)
+        and (not explanation.needs_no_single(other) or _is_fitted_to(explanation, other))
         and (other.weighted_rms_m <= enough or (other.within_floor and explanation.within_floor))
         for other in others
     )
+
+
+def _is_fitted_to(explanation: Explanation, other: Explanation) -> bool:
+    """Whether what an explanation has beyond another is nearly right, so it was fitted to what that leaves."""
+    return any(m.is_nearly_right() for m in explanation.mistakes if m.hypothesis.name not in other.names)
 
 
 def _distinct(explanations: Iterable[Explanation]) -> Iterator[Explanation]:
