@@ -72,10 +72,11 @@ EVEN, ROUNDING = 0.2, 1e-9
 COARSE = LARGEST_NOISE
 
 # Share of files called explained whose mistakes were named right, measured by `tools/random_programs`: of those with an
-# engine's whole scheme or with one mistake, with several, and with several if the search was stopped or single
-# precision, which the digits do not show, explains more than so many times what they leave open.
-RIGHT_IF_ONE, RIGHT_IF_SEVERAL, RIGHT_IF_DOUBTFUL = 0.98, 0.87, 0.72
-MUCH_BY_SINGLE = 10.0
+# engine's whole scheme or with one mistake, and with several.
+RIGHT_IF_ONE, RIGHT_IF_SEVERAL = 0.98, 0.87
+# Single precision that explains more than so many times what the digits leave open explains much; and the most mistakes
+# that are called an explanation even so, or before all others were tried.
+MUCH_BY_SINGLE, MOST_IF_OPEN = 10.0, 2
 
 # Processor time after which a search stops [s].
 SEARCH_S = 2.0
@@ -146,7 +147,7 @@ class Grade:
         if not diagnosis.engines and diagnosis.null.weighted_rms_m <= BARELY * self.scale.floor_m:
             return TOO_LITTLE
         if best.within_floor or (best.is_noise and best.rms_m <= LEFT_AS_NOISE * diagnosis.null.rms_m):
-            return EXPLAINED_PARTLY if self._is_contrived(diagnosis) else EXPLAINED_WHOLLY
+            return EXPLAINED_PARTLY if self._is_contrived(diagnosis) or self.is_open else EXPLAINED_WHOLLY
         if self.hidden_by_single:
             return TOO_LITTLE
         # Any method of higher order explains a part of an error that is as small as it leaves.
@@ -159,11 +160,21 @@ class Grade:
         """Probability that the explanation, or one as good, is right; None if the file is not explained."""
         if self.verdict != EXPLAINED_WHOLLY or self.diagnosis is None:
             return None
-        best = self.diagnosis.best
-        if self.diagnosis.engines or len(best.mistakes) == 1:
+        if self.diagnosis.engines or len(self.diagnosis.best.mistakes) == 1:
             return RIGHT_IF_ONE
-        by_single = best.in_digits > MUCH_BY_SINGLE and not self.measured.single
-        return RIGHT_IF_DOUBTFUL if by_single or self.diagnosis.stopped_s else RIGHT_IF_SEVERAL
+        return RIGHT_IF_SEVERAL
+
+    @property
+    def is_open(self) -> bool:
+        """Whether another explanation may be as good, of three or more mistakes that are no engine's scheme.
+
+        It is if not all others were tried in the time, or if single precision, which the digits do not show, has to
+        explain much of what the mistakes leave.
+        """
+        if self.diagnosis is None or self.diagnosis.engines or len(self.diagnosis.best.mistakes) <= MOST_IF_OPEN:
+            return False
+        by_single = self.diagnosis.best.in_digits > MUCH_BY_SINGLE and not self.measured.single
+        return by_single or self.diagnosis.stopped_s > 0
 
     def _is_contrived(self, diagnosis: Diagnosis) -> bool:
         """Whether the best explanation has values that no program has: they were fitted to what something else left.

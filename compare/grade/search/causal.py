@@ -24,6 +24,8 @@ FITTED, SCHEMES = 10, 6
 PLACED, DETAILED = 32, 10
 # Single changes that are fitted, before programs with several.
 ALONE = 24
+# Of these, so many are followed if what seems best leads nowhere.
+SINGLE = 2
 # Other first changes that are tried if the best one leads nowhere.
 DIVES = 3
 # Share of the first score that is little enough to look at more of the run.
@@ -82,7 +84,7 @@ class CausalSearch:
         self._events = np.array([impulse.time for impulse in self._context.program.impulses])
         self._made: dict[float, Simulations] = {}
         self._coarse: dict[float, Simulations] = {}
-        self._single: dict[float, list[Mistakes]] = {}
+        self._single: dict[float, list[Candidate]] = {}
         self.is_stopped = False
         self.look_at_all()
 
@@ -108,7 +110,9 @@ class CausalSearch:
                 on_progress(number / len(horizons))
                 self._begin(until)
                 begun = [c.mistakes for c in pool[:KEPT]]
-                pool = self._explored([*begun, *self._single.get(until, [])[:KEPT]])
+                single = self._single.get(until, [])
+                hopeful = [c.mistakes for c in single if c.score < NEARLY * self._fitted(()).score]
+                pool = self._explored([*begun, *hopeful[:KEPT]], [c.mistakes for c in single[:SINGLE]])
                 if not pool[0].is_whole or any(m.hypothesis.vague for m in pool[0].mistakes):
                     pool = self._named(pool)
         except SearchStopped:
@@ -223,10 +227,7 @@ class CausalSearch:
             self._fit.is_free = False
             found = list(filter(self._is_near, map(self._fitted, kept)))
             if not found and kept == [()]:
-                nothing = self._fitted(())
-                every = sorted(self._expanded(nothing, ALONE), key=_by_score)
-                hopeful = [candidate for candidate in every if candidate.score < NEARLY * nothing.score]
-                self._single[until] = [candidate.mistakes for candidate in hopeful]
+                every = self._single[until] = sorted(self._expanded(self._fitted(()), ALONE), key=_by_score)
                 found = list(filter(self._is_near, every))
             if not found:
                 return []
@@ -270,10 +271,10 @@ class CausalSearch:
             is_whole = explained.in_digits <= EXPLAINED if self._is_double else explained.within_floor
         return Candidate(mistakes, weight + cost, score + cost, is_whole)
 
-    def _explored(self, begun: Sequence[Mistakes]) -> list[Candidate]:
+    def _explored(self, begun: Sequence[Mistakes], then: Sequence[Mistakes] = ()) -> list[Candidate]:
         """Return programs, best first: the best of some, and what one change after the other makes of it.
 
-        If that leads nowhere, other first changes are tried.
+        If that leads nowhere, others are tried, and then other first changes.
         """
         pool: dict[tuple, Candidate] = {}
         for candidate in map(self._fitted, dict.fromkeys((*begun, ()))):
@@ -282,7 +283,7 @@ class CausalSearch:
         try:
             first = self._dived(pool, min(pool.values(), key=_by_rank))
             begun_at = max(c.score for c in pool.values())
-            for other in first[:DIVES]:
+            for other in (*map(self._fitted, then), *first[:DIVES]):
                 best = min(pool.values(), key=_by_score)
                 if best.is_whole or (self._until < self._context.duration and best.score < NEARLY * begun_at):
                     break
