@@ -6,10 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
-from tumble.compare.grade.measure.significance import EXPLAINED
 
-# Residuals over the floor of the printed digits that are nearly within it, over those within it.
-NEARLY = 1.5
 # A value that differs from the right one by a smaller share was fitted to something else.
 NEARLY_RIGHT = 1e-4
 
@@ -79,10 +76,6 @@ class Explanation:
     def is_whole(self) -> bool:
         """Whether it leaves only rounding or noise."""
         return self.within_floor or self.is_noise
-
-    def needs_no_single(self, other: "Explanation") -> bool:
-        """Return whether all digits are right without single precision, though not those of another explanation."""
-        return self.in_digits <= EXPLAINED < EXPLAINED * NEARLY < other.in_digits
 
 
 def with_value(mistakes: Mistakes, hypothesis: Hypothesis, value: Any) -> Mistakes:

@@ -12,6 +12,7 @@ from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_FORMS, DAMPIN
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes, with_value
 from tumble.compare.grade.hypotheses.names import ANGULAR_DAMPING, LINEAR_DAMPING
 from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
+from tumble.compare.grade.measure.significance import EXPLAINED
 from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, LAST, LINEARLY
 from tumble.compare.grade.model.program_model import next_tick
 from tumble.compare.grade.search.causal import CausalSearch
@@ -22,6 +23,8 @@ from tumble.compare.grade.search.simulations import SearchStopped
 # Residuals within the floor, an upper bound of rounding: one is larger if it is this many times another, but not if it
 # is below this share of the floor.
 LARGER, HIDDEN = 1.5, 0.5
+# Residuals over the floor of the printed digits that are nearly within it, over those within it.
+NEARLY = 1.5
 # A value that a person wrote is likelier than any other: it may leave more.
 LARGER_IF_PLAIN = 3.0
 # Significant digits of a value that a person wrote.
@@ -75,7 +78,7 @@ class Closing:
 
         If all digits are right without single precision, those of the other one are nearly so.
         """
-        if best.needs_no_single(other):
+        if needs_no_single(best, other):
             return False
         most_m = max(larger * best.weighted_rms_m, HIDDEN * self._evaluator.scale.floor_m)
         return other.within_floor and other.weighted_rms_m <= most_m
@@ -179,6 +182,11 @@ class Closing:
     def _with_step(self, mistakes: Mistakes, step: Mistake, own: Step) -> Mistakes:
         hypothesis = self._proposals.schemes.step(own)
         return tuple(Mistake(hypothesis, step.value) if m is step else m for m in mistakes)
+
+
+def needs_no_single(one: Explanation, other: Explanation) -> bool:
+    """Return whether all digits are right without single precision in an explanation, though not in another one."""
+    return one.in_digits <= EXPLAINED < EXPLAINED * NEARLY < other.in_digits
 
 
 def _in_digits(value: float, digits: int) -> float:

@@ -13,7 +13,7 @@ from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.compare.grade.search.causal import CausalSearch
-from tumble.compare.grade.search.closing import HIDDEN, LARGER, Closing
+from tumble.compare.grade.search.closing import HIDDEN, LARGER, Closing, needs_no_single
 from tumble.compare.grade.search.engine_search import EngineSearch
 from tumble.compare.grade.search.evaluator import Evaluator
 
@@ -224,7 +224,7 @@ def _is_padded(explanation: Explanation, others: Iterable[Explanation]) -> bool:
     enough = explanation.weighted_rms_m * (LEAST_HELP if explanation.is_whole else MUCH_HELP)
     return any(
         other.names < explanation.names
-        and (not explanation.needs_no_single(other) or _is_fitted_to(explanation, other))
+        and (not needs_no_single(explanation, other) or _is_fitted_to(explanation, other))
         and (other.weighted_rms_m <= enough or (other.within_floor and explanation.within_floor))
         for other in others
     )
