@@ -17,7 +17,7 @@ import numpy as np
 import vl_convert
 
 from tools.palette import reduced
-from tumble.compare.grade.grade import diagnose, scale_of
+from tumble.compare.grade.grade import SEARCH_S, diagnose, scale_of
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.hypotheses.names import CLOCK_OFFSET, LOG_LAG, RENAMED_MISTAKES
@@ -177,7 +177,7 @@ def confused(job: tuple[int, int]) -> ConfusionRow:
     seen = noisy(random, planted, description.kind, scene.body.points, sigma)
     noise_m = root_mean_square(seen - planted)
     sample = SampledRows(times, seen, true, np.zeros((len(times), 3)), None)
-    diagnosis = diagnose(context, description, sample, scale_of(sample, scene, 0.0))
+    diagnosis = diagnose(context, description, sample, scale_of(sample, scene, 0.0), search_s=SEARCH_S)
     named = [frozenset(SAME.get(name, name) for name in each.names) for each in (diagnosis.best, *diagnosis.alike)]
     right = frozenset(hypothesis.name for hypothesis in picked)
     return ConfusionRow(
