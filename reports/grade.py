@@ -96,6 +96,8 @@ def headline(grade: Grade) -> str:
     if grade.verdict == TOO_COARSE:
         return f"{grade.file} is too coarse to grade: {coarse(grade)}. Print more digits."
     wrong = f"{grade.file} is wrong: {largest}."
+    if grade.verdict == TOO_LITTLE and diagnosis is not None and diagnosis.is_open:
+        return f"{wrong} Single precision in short steps would explain that, and so may a mistake."
     if grade.verdict == TOO_LITTLE and diagnosis is not None and diagnosis.null.within_floor:
         return f"{wrong} Its printed digits allow about as much, {length(m.half_m)}: too little to find the cause."
     if grade.verdict == TOO_LITTLE and grade.hidden_by_single:
@@ -257,6 +259,11 @@ def verdict_lines(grade: Grade) -> Iterator[str]:
             yield (
                 "Single precision would explain the errors, but the file has too few digits to show that its program "
                 "uses it, and no known mistake explains them completely."
+            )
+        case verdict if verdict == TOO_LITTLE and diagnosis is not None and diagnosis.is_open:
+            yield (
+                f"Single precision would explain the errors{decided(grade)} if the program takes several steps a row. "
+                "Otherwise it has a mistake: write a row in every step to show which."
             )
         case verdict if verdict == TOO_LITTLE:
             yield (

@@ -11,13 +11,14 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import altair
 import numpy as np
 import vl_convert
 
 from tools.palette import reduced
-from tumble.compare.grade.grade import diagnose, scale_of
+from tumble.compare.grade.grade import SEARCH_S, diagnose, scale_of
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.hypotheses.names import CLOCK_OFFSET, LOG_LAG, RENAMED_MISTAKES
@@ -45,6 +46,8 @@ PROCESSES = 2
 SAME = {LOG_LAG: CLOCK_OFFSET}
 # Name in format 3 -> name in format 2, whose order decides which mistake is planted in a scene.
 FORMAT_2 = {new: old for old, new in RENAMED_MISTAKES.items()}
+# By how much a vector is off, over its scale.
+OFF = 0.3
 # Larger positions, over the body's size, are of runs that diverged.
 BLOWN_UP = 1e4
 
@@ -109,13 +112,15 @@ def shown_kind(random: np.random.Generator, body: Body) -> Description:
     return Description(kind, tuple(range(len(body.points))), False, False)
 
 
-def planted_value(random: np.random.Generator, hypothesis: Hypothesis) -> float:
+def planted_value(random: np.random.Generator, hypothesis: Hypothesis) -> Any:
     """Return a value between the first values of a hypothesis, or every other time one with a name."""
     values = hypothesis.values
     if not values:
         return 0.0
     if hypothesis.choices:
         return float(values[random.integers(len(values))])
+    if hypothesis.scale:
+        return tuple((np.array(values[0]) + OFF * hypothesis.scale * random.normal(size=hypothesis.dimension)).tolist())
     known = [value for value in hypothesis.named_values if min(values) < value < max(values)]
     if known and random.random() < 0.5:
         return float(known[random.integers(len(known))])
@@ -158,14 +163,14 @@ def confused(job: tuple[int, int]) -> ConfusionRow:
     names = _names(known)
     size = float(np.ptp(scene.body.points, axis=0).max())
 
-    def with_mistakes(some: Sequence[int], values: Sequence[float]) -> Array:
+    def with_mistakes(some: Sequence[int], values: Sequence[Any]) -> Array:
         changed = program
         for place in some:
             changed = picked[place].change(changed, values[place])
         return written(changed, times, scene.body.points)
 
     picked: list[Hypothesis] = []
-    values: list[float] = []
+    values: list[Any] = []
     planted = np.full(1, np.inf)
     while not np.abs(planted).max() < BLOWN_UP * size:  # a diverged run would have been noticed
         picked = picks(random, known, names[number % len(names)], count)
@@ -177,14 +182,14 @@ def confused(job: tuple[int, int]) -> ConfusionRow:
     seen = noisy(random, planted, description.kind, scene.body.points, sigma)
     noise_m = root_mean_square(seen - planted)
     sample = SampledRows(times, seen, true, np.zeros((len(times), 3)), None)
-    diagnosis = diagnose(context, description, sample, scale_of(sample, scene, 0.0))
+    diagnosis = diagnose(context, description, sample, scale_of(sample, scene, 0.0), search_s=SEARCH_S)
     named = [frozenset(SAME.get(name, name) for name in each.names) for each in (diagnosis.best, *diagnosis.alike)]
     right = frozenset(hypothesis.name for hypothesis in picked)
     return ConfusionRow(
         count,
         number,
         " + ".join(sorted(right)),
-        " ".join(f"{value:.6g}" for value in values),
+        " ".join(f"{number:.6g}" for value in values for number in np.atleast_1d(value)),
         effect_m,
         noise_m,
         effect_m > SEEN * noise_m,

@@ -14,16 +14,18 @@ from pathlib import Path
 import numpy as np
 
 from tumble.compare.grade.hypotheses.contact_mistakes import SHOWN, ContactHypothesis, contact_hypotheses
-from tumble.compare.grade.hypotheses.engine_schemes import engine_runs, scheme_combinations
+from tumble.compare.grade.hypotheses.engine_schemes import engine_runs
+from tumble.compare.grade.hypotheses.explanation import Mistake
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.hypotheses.names import RENAMED_MISTAKES, RENAMED_PARAMETERS
-from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses
+from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses, Step
 from tumble.compare.grade.hypotheses.sensor_mistakes import SensorHypothesis, sensor_hypotheses
 from tumble.compare.grade.model.contact_law import ContactLaw
 from tumble.compare.grade.model.program_model import correct_program
 from tumble.compare.grade.model.sensor_model import ACCELEROMETER, GYRO, SensorModel
 from tumble.compare.grade.results import parameters
+from tumble.compare.grade.search.proposals import Proposals, Run
 from tumble.compare.tables.files import write_whole
 from tumble.scenarios.frames import rotation_matrix
 from tumble.scenarios.read import scene_of
@@ -85,13 +87,21 @@ def contexts() -> Iterator[Context]:
         )
 
 
+# Largest velocity [m/s] and spin [rad/s] of a program: limits are below them.
+FASTEST = {"velocity": 10.0, "spin": 10.0}
+
+
 def tried() -> Iterator[Hypothesis]:
-    """Yield every mistake that is tried, and every one that engines' schemes and their combinations consist of."""
+    """Yield every mistake that is tried, and every one that the schemes of engines and of a search consist of."""
     for context in contexts():
         yield from hypotheses(context)
         schemes = SchemeHypotheses(context)
-        for stepped in (*engine_runs(context), *scheme_combinations(context)):
+        for stepped in engine_runs(context):
             yield from (mistake.hypothesis for mistake in schemes.mistakes(stepped))
+        proposals = Proposals(context, list(hypotheses(context)))
+        upon_step = (Mistake(schemes.step(Step("explicit", "exponential")), SPACING_S),)
+        yield from (kind.hypothesis for kind in proposals.with_other_schemes(()))
+        yield from (hypothesis for hypothesis, _ in proposals.with_one_more(upon_step, Run(1.0, SPACING_S, FASTEST)))
 
 
 def tried_of_sensors() -> Iterator[SensorHypothesis]:

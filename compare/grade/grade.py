@@ -18,7 +18,7 @@ from tumble.compare.grade.contact_grade import (
     grade_contact,
 )
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
-from tumble.compare.grade.hypotheses.explanation import Explanation
+from tumble.compare.grade.hypotheses.explanation import NEARLY_RIGHT, Explanation
 from tumble.compare.grade.hypotheses.hypothesis import Context
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.measure.conserved import fitted_pose
@@ -32,10 +32,11 @@ from tumble.compare.grade.measure.significance import (
     ResidualScale,
     independent,
     root_mean_square,
+    typical_floor,
 )
-from tumble.compare.grade.measure.single_precision import single_floor, stepwise
+from tumble.compare.grade.measure.single_precision import fine_step, single_floor, stepwise
 from tumble.compare.grade.measure.spin import spin_mistake
-from tumble.compare.grade.model.program_model import correct_program
+from tumble.compare.grade.model.program_model import correct_program, output_points
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.columns import BadTrajectory, Description
 from tumble.compare.grade.read.conventions import Conventions
@@ -60,19 +61,25 @@ LITTLE = 1e-6
 # Rows in which single precision may move the body by more than this share of its size decide nothing, if it could
 # explain all; and the fewest rows without that are enough.
 LARGE_FLOOR, FEWEST = 1e-3, 12
-# A factor that differs from 1 by less was fitted to something else, alone or beside other fitted values; so were more
-# values than this.
-NEARLY_RIGHT, NEARLY_RIGHT_OF_SEVERAL, MOST_FITTED = 1e-4, 1e-2, 3
+# A factor that differs from 1 by less, beside other fitted values, was fitted to something else; so were more values
+# than this.
+NEARLY_RIGHT_OF_SEVERAL, MOST_FITTED = 1e-2, 3
 # A fitted step is a part of a row interval if their ratio is as near to a whole number.
 WHOLE = 0.02
+# Row intervals that differ by less than this share are the same but for their rounding; rounding of a time.
+EVEN, ROUNDING = 0.2, 1e-9
 # Printed digits that leave more than this share of the body's size open show it neither right nor wrong.
 COARSE = LARGEST_NOISE
 
-# Share of files called explained whose mistakes were named right, measured by `tools/random_programs`.
-RIGHT_IF_EXPLAINED = 0.94
+# Share of files called explained whose mistakes were named right, measured by `tools/random_programs`: of those with an
+# engine's whole scheme or with one mistake, and with several.
+RIGHT_IF_ONE, RIGHT_IF_SEVERAL = 0.98, 0.87
+# Single precision that explains more than so many times what the digits leave open explains much; and the most mistakes
+# that are called an explanation even so, or before all others were tried.
+MUCH_BY_SINGLE, MOST_IF_OPEN = 10.0, 2
 
 # Processor time after which a search stops [s].
-SEARCH_S = 3.0
+SEARCH_S = 2.5
 # The tasks that take long: reading rows, the truth, the search.
 TASKS = 3
 
@@ -126,8 +133,8 @@ class Grade:
             return TOO_FEW
         if self.is_coarse and diagnosis.null.weighted_rms_m <= BARELY * self.scale.floor_m:
             return TOO_COARSE
-        if diagnosis.null.within_floor:
-            return CORRECT_TO_SINGLE if measured.single else TOO_LITTLE
+        if diagnosis.best is diagnosis.null and diagnosis.null.within_floor:
+            return CORRECT_TO_SINGLE if measured.single and not diagnosis.is_open else TOO_LITTLE
         best = diagnosis.best
         if not best.mistakes or best.weight > diagnosis.null.weight - ALIKE:
             if self.hidden_by_single:
@@ -140,18 +147,34 @@ class Grade:
         if not diagnosis.engines and diagnosis.null.weighted_rms_m <= BARELY * self.scale.floor_m:
             return TOO_LITTLE
         if best.within_floor or (best.is_noise and best.rms_m <= LEFT_AS_NOISE * diagnosis.null.rms_m):
-            return EXPLAINED_PARTLY if self._is_contrived(diagnosis) else EXPLAINED_WHOLLY
+            return EXPLAINED_PARTLY if self._is_contrived(diagnosis) or self.is_open else EXPLAINED_WHOLLY
         if self.hidden_by_single:
             return TOO_LITTLE
         # Any method of higher order explains a part of an error that is as small as it leaves.
         guessed = all(m.hypothesis.part == "steps" and m.hypothesis.only_named for m in best.mistakes)
         partly = best.weighted_rms_m <= MOST_LEFT * diagnosis.null.weighted_rms_m and not guessed
-        return EXPLAINED_PARTLY if partly else UNEXPLAINED
+        return EXPLAINED_PARTLY if partly and not self._is_contrived(diagnosis) else UNEXPLAINED
 
     @cached_property
     def confidence(self) -> float | None:
         """Probability that the explanation, or one as good, is right; None if the file is not explained."""
-        return RIGHT_IF_EXPLAINED if self.verdict == EXPLAINED_WHOLLY and self.diagnosis is not None else None
+        if self.verdict != EXPLAINED_WHOLLY or self.diagnosis is None:
+            return None
+        if self.diagnosis.engines or len(self.diagnosis.best.mistakes) == 1:
+            return RIGHT_IF_ONE
+        return RIGHT_IF_SEVERAL
+
+    @property
+    def is_open(self) -> bool:
+        """Whether another explanation may be as good, of three or more mistakes that are no engine's scheme.
+
+        It is if not all others were tried in the time, or if single precision, which the digits do not show, has to
+        explain much of what the mistakes leave.
+        """
+        if self.diagnosis is None or self.diagnosis.engines or len(self.diagnosis.best.mistakes) <= MOST_IF_OPEN:
+            return False
+        by_single = self.diagnosis.best.in_digits > MUCH_BY_SINGLE and not self.measured.single
+        return by_single or self.diagnosis.stopped_s > 0
 
     def _is_contrived(self, diagnosis: Diagnosis) -> bool:
         """Whether the best explanation has values that no program has: they were fitted to what something else left.
@@ -163,8 +186,7 @@ class Grade:
             return False
         fitted = [m for m in diagnosis.best.mistakes if m.hypothesis.fitted and not m.has_named_value]
         near = NEARLY_RIGHT_OF_SEVERAL if len(fitted) > 1 else NEARLY_RIGHT
-        nearly_right = [m for m in fitted if not m.hypothesis.unit and abs(m.value - 1) < near]
-        if nearly_right or len(fitted) > MOST_FITTED:
+        if len(fitted) > MOST_FITTED or any(m.is_nearly_right(near) for m in fitted):
             return True
         values = {m.hypothesis.part: m for m in diagnosis.best.mistakes}
         if "clock tick" in values and not values["clock tick"].has_named_value:
@@ -249,8 +271,9 @@ def grade(
             flight = replace(scene, plane=None, duration=float(sample.times[-1]))
             context = context_of(flight, throw, replace(measured, sample=sample))
             scale = scale_of(sample, flight, measured.resolution_m)
+            single = measured.single, measured.single
             diagnosis = diagnose(
-                context, measured.description, sample, scale, measured.single, engines, on_nearest, searched, search_s
+                context, measured.description, sample, scale, *single, engines, on_nearest, searched, search_s
             )
         searched.end()
         return Grade(trajectory.name, scene, measured, diagnosis, "", scale, contact=contact)
@@ -259,17 +282,18 @@ def grade(
     diagnosis = None
     observed: tuple[str, ...] = ()
     if measured.excess_m > 0 and len(sample) > 1:
-        points = scene.body.points[list(measured.description.vertices)]
+        points = output_points(scene.body)[list(measured.description.vertices)]
         has_centre = measured.description.has_centre
         offset = constant_offset(sample, points, scale.floors_m) if has_centre else None
-        observed = tuple(observations(measured, scene, scale.floors_m, points, offset))
+        observed = tuple(observations(measured, sample, scene, scale.floors_m, points, offset))
         on_measured(measured, observed)
         if offset is not None and offset.body.any():
             context = replace(context, offset=offset.body)
         elif has_centre and (drift := constant_drift(sample, points, scale.floors_m)) is not None:
             context = replace(context, drift=np.stack(drift))
+        known = single, measured.single
         diagnosis = diagnose(
-            context, measured.description, sample, scale, single, engines, on_nearest, searched, search_s
+            context, measured.description, sample, scale, *known, engines, on_nearest, searched, search_s
         )
     searched.end()
     program = diagnosis.program if diagnosis else context.program
@@ -287,40 +311,37 @@ def grade(
 
 
 def compared(measured: Measured, context: Context) -> tuple[SampledRows, ResidualScale, bool]:
-    """Return the rows that are diagnosed, their scale, and whether it has the effect of single precision.
+    """Return the rows that are diagnosed, their scale, and whether the program may be of single precision.
 
-    That effect grows with the steps.  If it could explain all errors, only rows in which it is small can show an error.
-    If the digits do not even show that the file is of single precision, it is not taken for the reason.
+    The effect of that grows with the steps.  If it could explain all errors, only rows in which it is small can show an
+    error.  If the digits do not even show that the file is of single precision, it is not taken for the reason.
     """
     sample, scene = measured.sample, context.scene
-    in_double = scale_of(sample, scene, measured.resolution_m)
+    scale = scale_of(sample, scene, measured.resolution_m)
     if not measured.may_be_single:
-        return sample, in_double, False
-    points = scene.body.points[list(measured.description.vertices)]
-    single_m = single_floor(stepwise(context.program, measured.spacing_s), sample.times, points)
-    scale = scale_of(sample, scene, measured.resolution_m, single_m)
-    if not scale.is_within_floor(root_mean_square(scale.weighted(sample.vertices - sample.true))):
+        return sample, scale, False
+    points = output_points(scene.body)[list(measured.description.vertices)]
+    single_m = single_floor(stepwise(context.program, fine_step(context.spacing_s)), sample.times, points)
+    single = scale.with_single(single_m)
+    if not single.is_within_floor(root_mean_square(single.weighted(sample.vertices - sample.true))):
         return sample, scale, True
     if not measured.single:
-        return sample, in_double, False
+        return sample, scale, False
     small = single_m <= LARGE_FLOOR * scale.size_m
     if small.all() or small.sum() < FEWEST:
         return sample, scale, True
-    return sample.some(small), scale_of(sample.some(small), scene, measured.resolution_m, single_m[small]), True
+    return sample.some(small), scale_of(sample.some(small), scene, measured.resolution_m), True
 
 
-def scale_of(sample: SampledRows, scene: Scene, resolution_m: float, single_m: Array | float = 0.0) -> ResidualScale:
+def scale_of(sample: SampledRows, scene: Scene, resolution_m: float) -> ResidualScale:
     """Return the scale that residuals are compared to.
 
-    The floor is the root mean square of the printed digits, the resolution of the truth, the kernel's own error and
-    single precision.
+    The floor is the root mean square of the printed digits, the resolution of the truth, and the kernel's own error.
     """
     size_m = float(np.ptp(scene.body.points, axis=0).max())
-    known_m2 = resolution_m**2 + (KERNEL_ERROR * size_m) ** 2 + np.broadcast_to(np.square(single_m), len(sample))
-    floors_m = np.sqrt((sample.half**2 + known_m2[:, None]) / 3)
-    # Precise rows have more weight, so the floor is that of most of them.
-    floor_m = float(np.sqrt(3.0) * np.median(floors_m))
-    return ResidualScale(independent(len(sample), sample.vertices.shape[1]), floor_m, size_m, floors_m)
+    known_m2 = resolution_m**2 + (KERNEL_ERROR * size_m) ** 2
+    floors_m = np.sqrt((sample.half**2 + known_m2) / 3)
+    return ResidualScale(independent(len(sample), sample.vertices.shape[1]), typical_floor(floors_m), size_m, floors_m)
 
 
 def context_of(scene: Scene, throw: int, measured: Measured) -> Context:
@@ -335,10 +356,22 @@ def context_of(scene: Scene, throw: int, measured: Measured) -> Context:
         rows=measured.rows,
         duration=duration,
         turn_s=min(1 / rate, duration) if rate else duration,
-        spacing_s=measured.spacing_s,
+        spacing_s=row_interval(measured),
         first=first_pose(sample, scene.body.points[list(description.vertices)]),
         has_centre=description.has_centre,
     )
+
+
+def row_interval(measured: Measured) -> float:
+    """Return the interval of most rows [s]: one over a whole number, if the printed times allow that."""
+    spacing, intervals = measured.spacing_s, measured.intervals
+    even = intervals[np.abs(intervals - spacing) < EVEN * spacing]
+    if len(even) == 0:
+        return spacing
+    mean = float(even.mean())
+    rate = round(1 / mean)
+    known = 2 * measured.rounding_s / len(even) if len(even) == len(intervals) else 2 * measured.rounding_s
+    return 1 / rate if rate and abs(mean - 1 / rate) <= known + ROUNDING * mean else mean
 
 
 def first_pose(sample: SampledRows, points: Array) -> Array | None:
@@ -354,6 +387,7 @@ def diagnose(
     sample: SampledRows,
     scale: ResidualScale,
     single: bool = False,
+    is_known: bool = False,
     engines: Sequence[EngineScheme] = ENGINES,
     on_nearest: Callable[[Explanation], None] = lambda _: None,
     on_progress: Callable[[float], object] = lambda share: None,
@@ -361,9 +395,9 @@ def diagnose(
 ) -> Diagnosis:
     """Return what explains the sampled rows of one throw.
 
-    single: its numbers are of single precision; on_progress: called with the share of the search that is done;
-    search_s: processor time after which the search stops [s].
+    single: its numbers may be of single precision; is_known: they are; on_progress: called with the share of the search
+    that is done; search_s: processor time after which the search stops [s].
     """
-    points = context.scene.body.points[list(description.vertices)]
-    evaluator = Evaluator(context, hypotheses(context), sample, points, scale, single, on_progress)
-    return diagnosed(evaluator, engines, on_nearest, search_s)
+    points = output_points(context.scene.body)[list(description.vertices)]
+    evaluator = Evaluator(context, hypotheses(context), sample, points, scale, single, is_known)
+    return diagnosed(evaluator, engines, on_nearest, on_progress, search_s)

@@ -16,7 +16,7 @@ from tumble.compare.grade.schemas import (
 from tumble.compare.grade.sensor_grade import FileGrade, SensorGrade
 
 # Names of values in tables.
-STEP, RATE, FACTOR, CHOICE, SECONDS = "step", "rate", "factor", "choice", "time"
+STEP, RATE, FACTOR, CHOICE, SECONDS, VECTOR = "step", "rate", "factor", "choice", "time", "vector"
 
 
 def diagnosis_rows(grade: Grade) -> Iterator[DiagnosisRow]:
@@ -70,6 +70,8 @@ def _values(explanation: Explanation) -> Iterator[tuple[str, str, str, str]]:
 
 
 def _parameter(hypothesis: Hypothesis) -> str:
+    if hypothesis.scale:
+        return VECTOR
     if hypothesis.choices:
         return CHOICE
     if "{}" not in hypothesis.text:
@@ -81,6 +83,8 @@ def _parameter(hypothesis: Hypothesis) -> str:
 
 def _value(mistake: Mistake) -> str:
     hypothesis = mistake.hypothesis
+    if hypothesis.scale:
+        return " ".join(f"{number:.9g}" for number in mistake.value)
     if hypothesis.choices:
         return hypothesis.choices[int(mistake.value)]
     return f"{mistake.value:.9g}" if "{}" in hypothesis.text else ""

@@ -50,9 +50,10 @@ def along_screw(w, v, dt):
 
 @dataclass(frozen=True)
 class Replica:
-    """What an engine does in a step of dt [s]; substeps: of equal length; damps: what it makes of v and w; mean:
-    turned by the mean of the old w and the new; cap [rad/s]; screw: v is stored in body axes and x moves along the
-    screw of v and w, as Pinocchio's integrate does."""
+    """What an engine does in a step of dt [s]; substeps: of equal length; damps: what it makes of v and w; drags: the
+    accelerations by which it damps them, from what they were before the step; mean: turned by the mean of the old w and
+    the new; cap [rad/s]; screw: v is stored in body axes and x moves along the screw of v and w, as Pinocchio's
+    integrate does."""
 
     dt: float
     spin: Callable = explicit
@@ -60,6 +61,7 @@ class Replica:
     mean: bool = False
     substeps: int = 1
     damps: Callable = lambda v, w, dt: (v, w)
+    drags: Callable = lambda v, w: (0, 0)
     cap: float = np.inf
     number: type = np.float64
     screw: bool = False
@@ -76,8 +78,9 @@ class Replica:
                 yield n * self.dt, x, matrix(q), q, v, w
             for _ in range(self.substeps):
                 R = matrix(q)
-                v = v + dt * throw.gravity.astype(number) - (dt * cross(w, v) if self.screw else 0)
-                new = w if self.spin is none else R @ self.spin(R.T @ w, inertia, dt)
+                a, alpha = self.drags(v, w)
+                v = v + dt * (throw.gravity.astype(number) + a) - (dt * cross(w, v) if self.screw else 0)
+                new = dt * alpha + (w if self.spin is none else R @ self.spin(R.T @ w, inertia, dt))
                 v, new = self.damps(v, new, dt)
                 new = self.capped(new)
                 x = x + (along_screw(new, v, dt) if self.screw else dt * v)

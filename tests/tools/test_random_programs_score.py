@@ -124,12 +124,6 @@ def test_what_cannot_be_seen_need_not_be_named_and_may_be():
         assert assessed(weak, said(FIRM, claims), digits=5)[1] == score.RIGHT
 
 
-def test_a_scheme_without_a_name_has_one_where_it_makes_the_motion_of_one():
-    converged = Program(replace(ENGINE, gyroscopic="implicit, converged", damping=Damping()))
-    assert assessed(converged, said(FIRM, [STEP])) == (score.UNNAMED, score.WRONG)
-    assert assessed(converged, said(FIRM, [STEP]), CUBE)[0] == score.NAMED
-
-
 def test_late_and_interpolated_rows_are_named_by_one_claim_or_two():
     program = Program(replace(FINE, dt=1 / 50, spacing=1 / 60, reading=Reading(1, "arcs")))
     between = Claim("interpolated-rows", {"step": "0.02"})

@@ -165,6 +165,7 @@ SCHEME: dict[str, tuple[Name, ...]] = {
     "gravity idle": (Name("gravity-delayed", of("time")), same("wrong-position-update")),
     "asleep at first": (Name("log-lag", of("time")), Name("clock-offset", _behind)),
     "velocity in body axes": (Name("velocity-in-body-axes", lambda params, scene: VELOCITY[str(params["how"])]),),
+    "spin of the difference of attitudes": (Name("spin-from-attitude-difference"),),
     "another step of x": (Name("wrong-position-update"), Name("explicit-euler"), same("gravity-delayed")),
 }
 STEPS = {
@@ -175,6 +176,9 @@ STEPS = {
     "Heun": "heun",
     "order 3": "runge-kutta-3",
     "order 4": "runge-kutta-4",
+    "Ralston": "ralston",
+    "order 3, Shu and Osher": "runge-kutta-3-shu-osher",
+    "order 4, three eighths": "runge-kutta-4-three-eighths",
 }
 # A step that a file without a torque cannot distinguish from one of these.
 SAME_STEPS = {"explicit-euler": ("quaternion-never-normalised", "quaternion-rarely-normalised", "matrix-euler")}
@@ -186,8 +190,21 @@ GYROSCOPIC = {
     "Lacoursiere": "ode",
     "midpoint": "midpoint",
     "momentum": "momentum",
+    "midpoint, turned by the new": "midpoint, then new",
+    "implicit, converged": "implicit, converged",
+    "energy kept": "energy kept",
+    "Heun": "heun",
+    "order 4": "runge-kutta-4",
 }
-TURNING = {"exponential": "exponential", "first order": "first order"}
+TURNING = {
+    "exponential": "exponential",
+    "first order": "first order",
+    "second order": "second order",
+    "half angle": "half angle",
+    "tangent": "tangent",
+    "Gram-Schmidt": "gram-schmidt",
+    "axis by axis": "axis by axis",
+}
 PLACES = {
     "before the forces of a step": "before",
     "after the forces of a step": "between",
@@ -206,7 +223,12 @@ def names(label: str, params: Params) -> tuple[Name, ...]:
         case "another size along an axis":
             return (Name(f"wrong-body-size-along-{'xyz'[int(params['axis'])]}", of("factor")),)
         case "rows between ticks":
-            found = {"held": "fixed-physics-step", "straight": "interpolated-rows", "arcs": "interpolated-rows"}
+            found = {
+                "held": "fixed-physics-step",
+                "straight": "interpolated-rows",
+                "arcs": "interpolated-rows",
+                "ahead": "extrapolated-rows",
+            }
             name = found.get(str(params["how"]))
             extra = (Name("log-lag", of("tick")),) if name == "interpolated-rows" else ()
             return (Name(name, of("tick")), *extra) if name else ()
@@ -215,7 +237,8 @@ def names(label: str, params: Params) -> tuple[Name, ...]:
         case "normalised":
             if params["every"]:
                 return (Name("quaternion-rarely-normalised"),)
-            return Name("quaternion-never-normalised"), Name("symplectic-euler", lambda params, scene: "never")
+            never = ("symplectic-euler", "quaternion-never-normalised")
+            return *(Name(name, lambda params, scene: "never") for name in never), Name("quaternion-never-normalised")
         case "step":
             return _step(params)
     return MISTAKES.get(label, SCHEME.get(label, ()))

@@ -15,20 +15,29 @@ from tumble.compare.grade.model.kernel.dynamics import (
     AFTER_FORCES,
     ALONG_SCREW,
     AS_FORCE,
+    AXIS_BY_AXIS,
     BACKWARD,
     BEFORE_FORCES,
+    CONVERGED,
+    ENERGY_KEPT,
     EXPLICIT,
     EXPONENTIAL,
     EXPONENTIALLY,
+    GRAM_SCHMIDT,
+    HALF_ANGLE,
+    HEUN_SPIN,
     IMPLICIT,
     IMPLICITLY,
     IN_WORLD_AXES,
     LAST,
     LINEARLY,
     MIDPOINT,
-    MOMENTUM,
+    MIDPOINT_BY_NEW,
+    ORDER_4_SPIN,
     QUATERNION,
     RESCALED,
+    SECOND_ORDER,
+    TANGENT,
 )
 
 # Gyroscopic schemes and rotations: name in tables -> constant of the kernel, and text.
@@ -39,11 +48,21 @@ GYROSCOPIC = {
     "rescaled": (RESCALED, "explicit gyroscopic term with the angular momentum rescaled to its old length"),
     "ode": (BACKWARD, "gyroscopic term as in ODE, (I - dt [L]) w' = L"),
     "midpoint": (MIDPOINT, "gyroscopic term by the midpoint rule"),
-    "momentum": (MOMENTUM, "angular momentum stored"),
+    "momentum": (EXPLICIT, "angular momentum stored"),
+    "midpoint, then new": (MIDPOINT_BY_NEW, "gyroscopic term by the midpoint rule, attitude rotated by the new w"),
+    "implicit, converged": (CONVERGED, "implicit gyroscopic term, converged"),
+    "energy kept": (ENERGY_KEPT, "explicit gyroscopic term with the energy rescaled to its old value"),
+    "heun": (HEUN_SPIN, "gyroscopic term by Heun's method"),
+    "runge-kutta-4": (ORDER_4_SPIN, "gyroscopic term by the Runge-Kutta method of order 4"),
 }
 ROTATION = {
     "exponential": (EXPONENTIAL, "attitude updated by exact rotations"),
     "first order": (QUATERNION, "quaternion updated to first order"),
+    "second order": (SECOND_ORDER, "quaternion updated to second order"),
+    "half angle": (HALF_ANGLE, "attitude rotated by 2 asin(|w| dt/2)"),
+    "tangent": (TANGENT, "attitude rotated by atan(|w| dt)"),
+    "gram-schmidt": (GRAM_SCHMIDT, "matrix updated to first order and orthonormalised by Gram-Schmidt"),
+    "axis by axis": (AXIS_BY_AXIS, "attitude rotated about x, then y, then z"),
 }
 DAMPING_PLACES = {
     AS_FORCE: "as a force",
@@ -177,15 +196,6 @@ def is_same(one: EngineScheme, other: EngineScheme) -> bool:
 def engine_runs(context: Context, schemes: Sequence[EngineScheme] = ENGINES) -> Iterator[SteppedScheme]:
     """Yield every engine's scheme at steps that divide a row interval; rows are on time, a tick late or early."""
     yield from _stepped_schemes(context, schemes)
-
-
-def scheme_combinations(context: Context, schemes: Sequence[EngineScheme] = ENGINES) -> Iterator[SteppedScheme]:
-    """Yield all combinations of the engines' gyroscopic schemes, rotations and dampings."""
-    parts = ((scheme.gyroscopic, scheme.rotation, scheme.damping) for scheme in schemes)
-    kinds = product(*(dict.fromkeys(part) for part in zip(*parts, strict=True)))
-    for stepped in _stepped_schemes(context, [EngineScheme("", *kind) for kind in kinds]):
-        if stepped.late == 0 and not stepped.impulse_as_force:
-            yield stepped
 
 
 def _stepped_schemes(context: Context, schemes: Sequence[EngineScheme]) -> Iterator[SteppedScheme]:

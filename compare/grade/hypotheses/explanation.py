@@ -1,16 +1,21 @@
 """An explanation: mistakes with their values, and the residual that they leave."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
+
+# A value that differs from the right one by a smaller share was fitted to something else.
+NEARLY_RIGHT = 1e-4
 
 
 class Mistake(NamedTuple):
     """A hypothesis with its value."""
 
     hypothesis: Hypothesis
-    value: float = 0.0
+    value: Any = 0.0
 
     @property
     def text(self) -> str:
@@ -21,6 +26,17 @@ class Mistake(NamedTuple):
     def has_named_value(self) -> bool:
         """Whether its value has a name."""
         return self.value in self.hypothesis.named_values
+
+    def is_nearly_right(self, near: float = NEARLY_RIGHT) -> bool:
+        """Whether its value was fitted and is nearly that of a right program; near: share, of factors and of 0."""
+        hypothesis = self.hypothesis
+        if not hypothesis.fitted or self.has_named_value:
+            return False
+        if hypothesis.scale:
+            right = np.array(hypothesis.values[0])
+            near = NEARLY_RIGHT if right.any() else near
+            return float(np.abs(self.value - right).max()) < near * hypothesis.scale
+        return not hypothesis.unit and abs(self.value - 1) < near
 
 
 Mistakes = tuple[Mistake, ...]
@@ -39,6 +55,7 @@ class Explanation:
     is_noise : whether the residual is noise
     weight : information criterion; smaller is better
     weighted_rms_m : root mean square residual with each row weighted by its precision [m]
+    in_digits : the same over the floor of the printed digits alone, without single precision
     """
 
     mistakes: Mistakes
@@ -48,6 +65,7 @@ class Explanation:
     is_noise: bool
     weight: float
     weighted_rms_m: float
+    in_digits: float = np.inf
 
     @property
     def names(self) -> frozenset[str]:
@@ -60,11 +78,11 @@ class Explanation:
         return self.within_floor or self.is_noise
 
 
-def with_value(mistakes: Mistakes, hypothesis: Hypothesis, value: float) -> Mistakes:
+def with_value(mistakes: Mistakes, hypothesis: Hypothesis, value: Any) -> Mistakes:
     """Return mistakes with another value for one of them."""
     return tuple(Mistake(m.hypothesis, value) if m.hypothesis is hypothesis else m for m in mistakes)
 
 
-def value_of(mistakes: Mistakes, hypothesis: Hypothesis) -> float:
+def value_of(mistakes: Mistakes, hypothesis: Hypothesis) -> Any:
     """Return the value of a hypothesis in some mistakes."""
     return next(mistake.value for mistake in mistakes if mistake.hypothesis is hypothesis)

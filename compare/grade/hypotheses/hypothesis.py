@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -23,13 +23,20 @@ NEAR = 1e-4
 TICKS = (2, 3, 4, 5, 8, 10)
 # Steps in a row interval: most programs log every step, but a log can be sparse.
 MOST_A_ROW = 400
-PARTS = {1: "one step a row", 2: "two steps a row", 4: "four steps a row", 10: "ten steps a row"}
+PARTS = {
+    1: "one step a row", 2: "two steps a row", 3: "three steps a row", 4: "four steps a row", 5: "five steps a row",
+    8: "eight steps a row", 10: "ten steps a row", 20: "20 steps a row",
+}  # fmt: skip
+
+
+# A value of a mistake: a number, or several that are fitted together.
+Value = float | tuple[float, ...]
 
 
 class Change(Protocol):
     """Returns the model of a program with the mistake; value: fitted or chosen, 0 if there is none."""
 
-    def __call__(self, program: ProgramModel, value: float, /) -> ProgramModel: ...  # noqa: D102
+    def __call__(self, program: ProgramModel, value: Any, /) -> ProgramModel: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,14 +101,17 @@ class Hypothesis:
     logged times and from the times whose states are nearest to the rows [s], (S,), (S,); None if the run is smooth.
     variant: differs little from the hypothesis of the same name before it.  rare: in combinations, refined only if its
     first values help.  unit: of the value.  details: further parameters for tables.  from_data: numbers that were taken
-    from the file itself.
+    from the file itself.  scale: if the value is several numbers, which begin at 0, what they are compared with.
+    at_ticks: a time that takes effect at a tick of a program in steps.  neutral: the value that changes nothing, if a
+    small deviation from it has an effect in proportion.  unlikely: weight that it costs to assume it, beyond others.
+    vague: it explains a part of almost any error.  limits: what its value limits, "velocity" or "spin".
     """
 
     name: str
     part: str
     text: str
     change: Change
-    values: tuple[float, ...] = ()
+    values: tuple[Any, ...] = ()
     choices: tuple[str, ...] = ()
     named_values: dict[float, str] = field(default_factory=dict)
     only_named: bool = False
@@ -111,6 +121,17 @@ class Hypothesis:
     unit: str = ""
     details: tuple[tuple[str, str], ...] = ()
     from_data: int = 0
+    scale: float = 0.0
+    at_ticks: bool = False
+    neutral: float | None = None
+    unlikely: float = 0.0
+    vague: bool = False
+    limits: str = ""
+
+    @property
+    def dimension(self) -> int:
+        """How many numbers its value is, if it is fitted."""
+        return len(self.values[0]) if self.scale else 1  # type: ignore[arg-type]
 
     @property
     def fitted(self) -> bool:
@@ -120,10 +141,13 @@ class Hypothesis:
     @property
     def bounds(self) -> tuple[float, float]:
         """The smallest and the largest value, apart from named ones."""
-        return min(self.values), max(self.values)
+        values = self.values if self.neutral is None else (*self.values, self.neutral)
+        return min(values), max(values)
 
-    def text_with(self, value: float) -> str:
+    def text_with(self, value: Any) -> str:
         """Return the text with a value."""
+        if self.scale:
+            return self.text.format(", ".join(f"{number:.4g}" for number in value))
         if self.choices:
             return self.text.format(self.choices[int(value)])
         named = f" ({self.named_values[value]})" if self.named_values.get(value) else ""

@@ -5,11 +5,14 @@ A name is lower-case words joined by hyphens.  It is an identifier for scripts a
 
 BODY_NEVER_MOVES = "body-never-moves"
 CLOCK_OFFSET, CLOCK_RATE, LOG_LAG = "clock-offset", "clock-rate", "log-lag"
+EXPLICIT_EULER = "explicit-euler"
 GRAVITY_DELAYED = "gravity-delayed"
 GYROSCOPIC_TERM_MISSING = "gyroscopic-term-missing"
 IMPULSE_OVER_ONE_STEP = "impulse-as-force-over-one-step"
+NEVER_NORMALISED = "quaternion-never-normalised"
 LINEAR_DAMPING, ANGULAR_DAMPING, PYBULLET_DAMPING = "linear-damping", "angular-damping", "pybullet-default-damping"
 SPIN_CAP = "spin-cap"
+SPIN_RECOVERED = "spin-from-attitude-difference"
 SYMPLECTIC_EULER = "symplectic-euler"
 VELOCITY_IN_BODY_AXES = "velocity-in-body-axes"
 

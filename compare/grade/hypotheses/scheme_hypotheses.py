@@ -1,7 +1,7 @@
 """Schemes of engines as mistakes: hypotheses that the search knows, with the engine's values."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,18 +20,56 @@ from tumble.compare.grade.hypotheses.mistakes.rotation import gyroscopic_term_mi
 from tumble.compare.grade.hypotheses.mistakes.steps import velocity_in_body_axes
 from tumble.compare.grade.hypotheses.names import (
     CLOCK_RATE,
+    EXPLICIT_EULER,
     GRAVITY_DELAYED,
     IMPULSE_OVER_ONE_STEP,
     LOG_LAG,
+    NEVER_NORMALISED,
     PYBULLET_DAMPING,
     SPIN_CAP,
     SYMPLECTIC_EULER,
 )
-from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, IN_WORLD_AXES, Scheme
-from tumble.compare.grade.model.program_model import SLERP, Clock, ImpulseApplication, ProgramModel
+from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, IN_BODY, IN_WORLD, IN_WORLD_AXES, MOMENTUM, Scheme
+from tumble.compare.grade.model.kernel.reading import SLERP
+from tumble.compare.grade.model.program_model import Clock, ImpulseApplication, ProgramModel
 
+# Parts of steps that engines and textbooks have, and the weight that it costs to assume another one.
+USUAL = frozenset(
+    {"", "none", "explicit", "implicit", "rescaled", "momentum", "midpoint", "ode", "exponential", "first order"}
+)
+UNUSUAL, LIKELY = 4.0, 1.0
+# Parts of steps that rotate the body about another axis than the stored angular velocity: it matters whether its
+# components in world axes or in body axes stay then.  Rotations of the matrix are those of programs with world axes.
+TURNED_ASIDE = frozenset({"midpoint", "gram-schmidt", "axis by axis"})
+OF_THE_MATRIX = frozenset({"gram-schmidt", "axis by axis"})
 # Powers of e by which a body slows down at the largest rate that is fitted: the first eighth of the run shows it.
 MOST_DAMPED = 40.0
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of Euler's methods: w is stepped first, and rotates the attitude; if explicit, the old w does.
+
+    gyroscopic, rotation: keys of `engine_schemes.GYROSCOPIC` and `ROTATION`, "" for a detail without an effect;
+    substeps: that move the centre; normalise_every: steps, 0 for never; other_axes: the angular velocity is not stored
+    in the axes that are usual with the rotation, world axes with a matrix and otherwise body axes; steps_a_tick: steps
+    from one instant to the next at which events happen.
+    """
+
+    gyroscopic: str
+    rotation: str
+    substeps: int = 1
+    normalise_every: int = 1
+    other_axes: bool = False
+    steps_a_tick: int = 1
+    explicit: bool = False
+
+    @property
+    def stored(self) -> int:
+        """What is stored of the rotation: a constant of the kernel."""
+        if self.gyroscopic == "momentum":
+            return MOMENTUM
+        return IN_WORLD if (self.rotation in OF_THE_MATRIX) != self.other_axes else IN_BODY
 
 
 class SchemeHypotheses:
@@ -39,6 +77,7 @@ class SchemeHypotheses:
 
     def __init__(self, context: Context) -> None:
         self._context, self._made = context, dict[tuple, Hypothesis]()
+        self._steps: dict[Hypothesis, Step] = {}
         self._equal = float(np.ptp(context.program.moments)) == 0.0
 
     def mistakes(self, stepped: SteppedScheme, fitted: bool = False) -> Mistakes:
@@ -55,7 +94,7 @@ class SchemeHypotheses:
         if scheme.gyroscopic == "none" and not self._equal:
             found.append(Mistake(self._of(gyroscopic_term_missing, ())))
         normalise_every = 0 if scheme.unnormalised else 1
-        step = self.step(scheme.gyroscopic, scheme.rotation, scheme.position_substeps, normalise_every)
+        step = self.step(Step(scheme.gyroscopic, scheme.rotation, scheme.position_substeps, normalise_every))
         found.append(Mistake(step, stepped.step))
         if scheme.velocity_axes != IN_WORLD_AXES:
             found.append(Mistake(self._of(velocity_in_body_axes, (scheme.velocity_axes,))))
@@ -70,45 +109,89 @@ class SchemeHypotheses:
             found.append(Mistake(self._of(_late, (1 if ticks > 0 else -1,)), late))
         return tuple(found)
 
+    def gyroscopic_term_missing(self) -> Mistake:
+        """Return that the gyroscopic term is missing."""
+        return Mistake(self._of(gyroscopic_term_missing, ()))
+
+    def damping(self, kind: str, place: int, form: int) -> Hypothesis:
+        """Return linear or angular damping at a place in the step, whose rate is fitted."""
+        return self._of(_damping, (kind, place, form, self._context.duration))
+
     def late(self, ticks: int) -> Mistake:
         """Return rows that are late by so many row intervals; early, if the number is negative."""
         return Mistake(self._of(_late, (1 if ticks > 0 else -1,)), abs(ticks * self._context.spacing_s))
 
-    def step(self, gyroscopic: str, rotation: str, position_substeps: int = 1, normalise_every: int = 1) -> Hypothesis:
-        """Return the hypothesis of a step; "" stands for a detail that has no effect."""
-        gyroscopic = "" if self._equal or gyroscopic == "none" else gyroscopic
-        steps = tuple(self._context.steps.items())
-        return self._of(_step, (gyroscopic, rotation, position_substeps, normalise_every, steps))
+    def step(self, step: Step) -> Hypothesis:
+        """Return the hypothesis of a step."""
+        if self._equal or step.gyroscopic == "none":
+            step = replace(step, gyroscopic="")
+        hypothesis = self._of(_step, (step, tuple(self._context.steps.items())))
+        self._steps[hypothesis] = step
+        return hypothesis
+
+    def of_step(self, hypothesis: Hypothesis) -> Step | None:
+        """Return the step of a hypothesis that `step` has returned."""
+        return self._steps.get(hypothesis)
 
     def _of(self, make: Callable[..., Hypothesis], key: tuple) -> Hypothesis:
-        return self._made.setdefault((make, key), make(*key))
+        found = self._made.get((make, key))
+        if found is None:
+            found = self._made[make, key] = make(*key)
+        return found
 
 
-def _step(
-    gyroscopic: str, rotation: str, position_substeps: int, normalise_every: int, steps: tuple[tuple[float, str], ...]
-) -> Hypothesis:
-    spin, term = GYROSCOPIC[gyroscopic or "explicit"]
-    attitude, update = ROTATION[rotation or "exponential"]
-    more = [term if gyroscopic else "", update if rotation else "", "" if normalise_every else "never normalised"]
-    more.append(f"position moved in {position_substeps} substeps" if position_substeps > 1 else "")
+def _step(own: Step, steps: tuple[tuple[float, str], ...]) -> Hypothesis:
+    spin, term = GYROSCOPIC[own.gyroscopic or "explicit"]
+    attitude, update = ROTATION[own.rotation or "exponential"]
+    more = [term if own.gyroscopic else "", update if own.rotation else ""]
+    more.append("" if own.normalise_every else "never normalised")
+    more.append(f"position moved in {own.substeps} substeps" if own.substeps > 1 else "")
+    is_told = own.other_axes or (own.explicit and own.stored != MOMENTUM)
+    axes = ("world" if own.stored == IN_WORLD else "body") if is_told else ""
+    more.append(f"angular velocity stored in {axes} axes" if axes else "")
+    more.append(
+        f"{own.steps_a_tick} steps from one impulse that is possible to the next" if own.steps_a_tick > 1 else ""
+    )
     # v changes by a dt / n in each of n substeps, after which x moves.
-    position_weight = (position_substeps + 1) / (2 * position_substeps)
+    position_weight = 0.0 if own.explicit else (own.substeps + 1) / (2 * own.substeps)
+    title = "explicit" if own.explicit else "symplectic"
+    name = EXPLICIT_EULER if own.explicit else SYMPLECTIC_EULER
+
+    def change(program: ProgramModel, step: float) -> ProgramModel:
+        old = program.scheme
+        return program.but(
+            scheme=Scheme(
+                step,
+                attitude,
+                spin,
+                not own.explicit,
+                position_weight,
+                own.normalise_every,
+                old.idle_steps,
+                velocity_axes=old.velocity_axes,
+                stored=own.stored,
+                recovers=old.recovers,
+            ),
+            tick=own.steps_a_tick * step,
+        )
+
     return Hypothesis(
-        SYMPLECTIC_EULER,
+        name if own.normalise_every or not own.explicit else NEVER_NORMALISED,
         "steps",
-        ", ".join(("symplectic Euler with a step of {} s", *filter(None, more))),
-        lambda program, step: replace(
-            program,
-            scheme=Scheme(step, attitude, spin, True, position_weight, normalise_every, program.scheme.idle_steps),
-        ),
+        ", ".join((f"{title} Euler with a step of {{}} s", *filter(None, more))),
+        change,
         named_values=dict(steps),
         unit="s",
         details=(
-            ("gyroscopic", gyroscopic),
-            ("rotation", rotation),
-            ("substeps", str(position_substeps) if position_substeps > 1 else ""),
-            ("normalised", "" if normalise_every else "never"),
+            ("gyroscopic", own.gyroscopic),
+            ("rotation", own.rotation),
+            ("substeps", str(own.substeps) if own.substeps > 1 else ""),
+            ("normalised", "" if own.normalise_every else "never"),
+            ("stored", axes),
+            ("ticks", str(own.steps_a_tick) if own.steps_a_tick > 1 else ""),
         ),
+        unlikely=UNUSUAL * ((own.gyroscopic not in USUAL) + (own.rotation not in USUAL) + own.other_axes)
+        + LIKELY * (own.steps_a_tick > 1),
     )
 
 
@@ -131,7 +214,7 @@ def _damping(kind: str, place: int, form: int, duration: float = 0.0) -> Hypothe
     kinds = {"linear": (0,), "angular": (2,), "PyBullet": BULLET_KINDS}[kind]
 
     def change(program: ProgramModel, rate: float) -> ProgramModel:
-        return replace(damped(program, dict.fromkeys(kinds, rate), place), damping_form=form)
+        return damped(program, dict.fromkeys(kinds, rate), place).but(damping_form=form)
 
     if kind == "PyBullet":
         text = "PyBullet's default damping: a = -{} (1 + |v|) v, and the same for w"
@@ -139,7 +222,9 @@ def _damping(kind: str, place: int, form: int, duration: float = 0.0) -> Hypothe
     what = "velocity" if kind == "linear" else "angular velocity"
     text = f"{kind} damping: {what} decays at {{}} /s{where}"
     found = Hypothesis(f"{kind}-damping", f"{kind} damping", text, change, unit="1/s", details=details)
-    return replace(found, values=damping_rates(duration, MOST_DAMPED), named_values=RATES) if duration else found
+    if not duration:
+        return found
+    return replace(found, values=damping_rates(duration, MOST_DAMPED), named_values=RATES, neutral=0.0)
 
 
 def _impulse_as_force() -> Hypothesis:
@@ -147,7 +232,7 @@ def _impulse_as_force() -> Hypothesis:
         IMPULSE_OVER_ONE_STEP,
         "impulse",
         "impulse applied as a force over a first step of {} s",
-        lambda program, step: replace(program, application=ImpulseApplication(lasts=step)),
+        lambda program, step: program.but(application=ImpulseApplication(lasts=step)),
         unit="s",
     )
 
@@ -157,7 +242,7 @@ def _spin_cap() -> Hypothesis:
         SPIN_CAP,
         "spin cap",
         "angular velocity limited to {} rad/s",
-        lambda program, cap: replace(program, caps=(program.caps[0], cap)),
+        lambda program, cap: program.but(caps=(program.caps[0], cap), caps_when_set=True),
         unit="rad/s",
     )
 
@@ -167,7 +252,7 @@ def _gravity_delayed(steps: int) -> Hypothesis:
         GRAVITY_DELAYED,
         "gravity start",
         "gravity acts from the second step on, after {} s",
-        lambda program, _: replace(program, scheme=program.scheme._replace(idle_steps=steps)),
+        lambda program, _: program.but(scheme=program.scheme._replace(idle_steps=steps)),
         unit="s",
     )
 
@@ -177,7 +262,7 @@ def _late(sign: int) -> Hypothesis:
         LOG_LAG,
         "clock offset",
         f"rows logged {{}} s {'late' if sign > 0 else 'early'}",
-        lambda program, late: replace(program, clock=program.clock._replace(offset=-sign * late)),
+        lambda program, late: program.but(clock=program.clock._replace(offset=-sign * late)),
         unit="s",
     )
 
@@ -187,7 +272,7 @@ def _own_step() -> Hypothesis:
         CLOCK_RATE,
         "clock rate",
         "each row is one step of the engine, which is {} times as long as the row interval",
-        lambda program, rate: replace(program, clock=program.clock._replace(rate=rate)),
+        lambda program, rate: program.but(clock=program.clock._replace(rate=rate)),
     )
 
 
@@ -196,6 +281,6 @@ def _interpolated(ticks: int) -> Hypothesis:
         LOG_LAG,
         "clock offset",
         "rows logged {} s late, and interpolated between two steps",
-        lambda program, tick: replace(program, clock=Clock(tick=tick, lag=float(ticks), interpolation=SLERP)),
+        lambda program, tick: program.but(clock=Clock(tick=tick, lag=float(ticks), interpolation=SLERP)),
         unit="s",
     )

@@ -19,6 +19,7 @@ from tumble.scenarios.truth import NoTruth
 
 # Sampled rows of the throw that is diagnosed: at least this many if the file has them, at most twice as many.
 SAMPLE_SIZE = 256
+ALL_OF_FIRST = 16
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 BINS = 60
 # Largest difference of two descriptions of a pose, relative to the largest coordinate; in single precision, four last
@@ -67,7 +68,8 @@ class SampledRows:
 class Subsampler:
     """Samples a stream of rows: all until there are too many, then half of them, a quarter, ...
 
-    The golden ratio decides which: evenly spread, and out of phase with anything periodic in a program.
+    The golden ratio decides which: evenly spread, and out of phase with anything periodic in a program.  The first rows
+    are all sampled.
     """
 
     def __init__(self) -> None:
@@ -75,7 +77,8 @@ class Subsampler:
 
     def add(self, rows: SampledRows) -> None:
         """Add the next rows."""
-        turns = np.arange(self._seen, self._seen + len(rows)) * GOLDEN % 1.0
+        numbers = np.arange(self._seen, self._seen + len(rows))
+        turns = np.where(numbers < ALL_OF_FIRST, 0.0, numbers * GOLDEN % 1.0)
         self._seen += len(rows)
         self._take(rows, turns)
         while len(self._turns) > 2 * SAMPLE_SIZE:
@@ -398,7 +401,15 @@ def _is_single(trajectory: Trajectory) -> bool:
 
 
 def _may_be_single(trajectory: Trajectory) -> bool:
-    """Whether no number of the position, the attitude or the vertices refutes that they are of single precision."""
+    """Whether no number of the position, the attitude or the vertices refutes that they are of single precision.
+
+    Vertices, matrices and lengths in another unit are computed when they are written, perhaps in double precision.
+    """
+    description = trajectory.descriptions[0]
+    if description.kind in ("vertices", "matrix") or any(
+        trajectory.columns[name].factor != 1.0 for name in CENTRE if name in trajectory.columns
+    ):
+        return True
     return any(any(one.place for one in group) for group in _unrefuted(trajectory))
 
 

@@ -24,13 +24,13 @@ EVEN = 0.02
 
 
 def observations(
-    measured: Measured, scene: Scene, floors_m: Array, points: Array, offset: Offset | None
+    measured: Measured, sample: SampledRows, scene: Scene, floors_m: Array, points: Array, offset: Offset | None
 ) -> Iterator[str]:
     """Yield one sentence for each observation.
 
-    floors_m: of each row's axes, (S, 3); points: the vertices in the file; offset: of the position in every row.
+    sample: rows that are diagnosed; floors_m: of each row's axes, (S, 3); points: the vertices in the file; offset: of
+    the position in every row.
     """
-    sample = measured.sample
     if len(sample) < 3:
         return
     yield from _clock(measured)

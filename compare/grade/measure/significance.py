@@ -50,10 +50,14 @@ class ResidualScale:
     size_m: float
     floors_m: Array
 
-    def weighted(self, errors: Array, floors_m: Array | None = None) -> Array:
+    def weighted(self, errors: Array) -> Array:
         """Return errors of rows, (S, K, 3), scaled to the same floor in each row and axis."""
-        floors_m = self.floors_m if floors_m is None else np.maximum(self.floors_m, floors_m)
-        return errors * (self.floor_m / (np.sqrt(3.0) * floors_m))[:, None]
+        return errors * (self.floor_m / (np.sqrt(3.0) * self.floors_m))[:, None]
+
+    def with_single(self, single_m: Array) -> "ResidualScale":
+        """Return the scale with an effect of single precision on each row [m], (S,)."""
+        floors_m = np.sqrt(np.square(self.floors_m) + np.square(single_m)[:, None] / 3)
+        return ResidualScale(self.numbers, typical_floor(floors_m), self.size_m, floors_m)
 
     def is_within_floor(self, rms_m: float) -> bool:
         """Whether a residual is within the floor."""
@@ -64,22 +68,23 @@ class ResidualScale:
         unrelated = pairs >= FEWEST_PAIRS and abs(correlation) <= min(WHITE / np.sqrt(pairs), CORRELATED)
         return unrelated and rms_m <= LARGEST_NOISE * self.size_m and max_m <= SPIKE * rms_m
 
-    def weights(self, rms_m: Array) -> Array:
-        """Return the Bayesian information criterion of fits without the cost of their assumptions; smaller is better.
+    def weight(self, in_floors: float, cost: float) -> float:
+        """Return the Bayesian information criterion of a residual in floors, with a cost; smaller is better.
 
         The noise is unknown but above the floor, which is added to the residual.
         Source: Schwarz, Ann. Statist. 6 (1978) 461.
         """
         with np.errstate(over="ignore"):
-            return self.numbers * np.log(np.square(rms_m) + self.floor_m**2)
-
-    def weight(self, rms_m: float, cost: float) -> float:
-        """Return the information criterion of one fit with the cost of its assumptions."""
-        return float(self.weights(np.array(rms_m))) + cost
+            return self.numbers * float(np.log1p(np.square(in_floors))) + cost
 
     def parameter_cost(self) -> float:
         """Return the cost of a fitted value."""
         return float(np.log(self.numbers)) + choice_cost(FITTED_VALUES)
+
+
+def typical_floor(floors_m: Array) -> float:
+    """Return the floor of most rows [m], from those of each row's axes, (S, 3): precise rows have more weight."""
+    return float(np.sqrt(3.0) * np.median(floors_m))
 
 
 def is_even(errors: Array) -> bool:

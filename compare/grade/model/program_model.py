@@ -3,6 +3,7 @@
 `correct_program` is the model of a program without mistakes; a mistake replaces some of its fields.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -18,6 +19,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     END,
     EVENT,
     EXPLICIT,
+    IN_BODY,
     JUMP,
     LINEARLY,
     POINT_MOVES,
@@ -27,9 +29,10 @@ from tumble.compare.grade.model.kernel.dynamics import (
     Dynamics,
     Scheme,
 )
+from tumble.compare.grade.model.kernel.reading import POSE, between_ticks, instants_of
 from tumble.compare.grade.model.kernel.stepping import WIDTH, integrate
 from tumble.scenarios.forces import Law, stiffness
-from tumble.scenarios.frames import Array, rotation_matrix
+from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
 from tumble.scenarios.impulse import strike_point
 from tumble.scenarios.scene import Body, Impulse, Scene
 from tumble.solver.forces import Forces
@@ -48,8 +51,8 @@ ZERO: Vector = (0.0, 0.0, 0.0)
 WHOLE = 1e-6
 
 
-# Rows between two ticks: of the last tick; interpolated, the attitude along an arc; or q linearly and normalised.
-ZERO_ORDER_HOLD, SLERP, LINEAR = 0, 1, 2
+# Rows between two ticks: of the last tick; others as in `kernel.reading`.
+ZERO_ORDER_HOLD = 0
 
 
 class Clock(NamedTuple):
@@ -89,7 +92,8 @@ class ImpulseApplication(NamedTuple):
 
     lasts: duration [s] of a constant force J/lasts, 0 for an instantaneous jump; ends: the force ends; turns: its
     torque lasts as well, otherwise it acts at once; lever, lever_motion, lever_axes: as in `kernel.dynamics.Dynamics`;
-    strength: factor on J; in_body_axes: J is in body axes; moves: J changes the velocity of the centre.
+    strength: factor on J; in_body_axes: J is in body axes; moves: factor on J where it changes the velocity of the
+    centre.
     """
 
     lasts: float = 0.0
@@ -100,7 +104,7 @@ class ImpulseApplication(NamedTuple):
     strength: float = 1.0
     lever_axes: int = AS_THE_BODY
     in_body_axes: bool = False
-    moves: bool = True
+    moves: float = 1.0
 
 
 class Pose(NamedTuple):
@@ -115,7 +119,8 @@ class Pose(NamedTuple):
     q: Array
 
 
-AT_ONCE, RIGHT_CLOCK, CONTINUOUS = ImpulseApplication(), Clock(), Scheme(0.0, SMOOTH, EXPLICIT, False, 0.0)
+AT_ONCE, RIGHT_CLOCK = ImpulseApplication(), Clock()
+CONTINUOUS = Scheme(0.0, SMOOTH, EXPLICIT, False, 0.0, stored=IN_BODY)
 OutputTransform = Callable[[Pose], Pose]
 
 
@@ -125,7 +130,8 @@ class ProgramModel:
 
     mass [kg]; moments [kg m2], (3,); start: state, (13,); gravity [m/s2], (3,), from gravity_from [s] on; forces: the
     scene's other forces; stiffness: of them [N/m]; damping to caps: as in `kernel.dynamics.Dynamics`; application: of
-    impulses; output_transforms: applied to a pose in this order; rounding: of printed times [s].
+    impulses; tick: from one instant to the next at which a program in steps looks for events [s], 0 for its step;
+    output_transforms: applied to a pose in this order; rounding: of printed times [s].
     """
 
     body: Body
@@ -147,49 +153,63 @@ class ProgramModel:
     impulse_tensor: int = TURNED
     attitude_rate_factor: float = 1.0
     caps: tuple[float, float] = (np.inf, np.inf)
+    caps_when_set: bool = False
     application: ImpulseApplication = AT_ONCE
     scheme: Scheme = CONTINUOUS
+    tick: float = 0.0
     clock: Clock = RIGHT_CLOCK
     output_transforms: tuple[OutputTransform, ...] = ()
     rounding: float = 0.0
 
+    def but(self, **changes: Any) -> "ProgramModel":
+        """Return the program with some fields changed: as `dataclasses.replace`, but many times as fast."""
+        changed = object.__new__(ProgramModel)
+        changed.__dict__.update(self.__dict__)
+        changed.__dict__.update(changes)
+        return changed
+
+    @property
+    def event_tick(self) -> float:
+        """The spacing of the instants at which events can happen [s]; 0 for a continuous run, in which any can."""
+        return 0.0 if self.scheme.attitude == SMOOTH else self.tick or self.scheme.step
+
     def output(self, times: Array, fineness: float = SEARCHING) -> Pose:
-        """Return the output of the program at increasing times [s], (T,)."""
-        reached = self.clock.physics_times(times, self.rounding)
-        if self.clock.interpolation != ZERO_ORDER_HOLD:
-            pose = self._interpolated(times, reached, fineness)
+        """Return the output of the program at increasing times [s], (T,); axes and q: from the body's file axes."""
+        clock = self.clock
+        if np.isfinite(clock.stop) and self.event_tick:
+            clock = clock._replace(stop=float(next_tick(clock.stop, self.event_tick)))
+        reached = clock.physics_times(times, self.rounding)
+        if clock.interpolation != ZERO_ORDER_HOLD:
+            pose = self._between_ticks(times, reached, fineness)
         else:
             pose = pose_of(times, self.simulate(reached, fineness))
         with np.errstate(all="ignore"):  # a run that diverged leaves a large residual
+            if self.body.file_axes[0] != 1.0:
+                pose = _in_file_axes(pose, self.body.file_axes)
             for writing in self.output_transforms:
                 pose = writing(pose)
         return pose
 
-    def _interpolated(self, times: Array, reached: Array, fineness: float) -> Pose:
-        """Return the output interpolated between the last tick of the physics and the next."""
-        instants, places = np.unique(np.concatenate((reached, reached + self.clock.tick)).round(9), return_inverse=True)
-        rows = self.simulate(instants, fineness)
-        before, after = (pose_of(times, rows[part]) for part in np.split(places, 2))
-        fraction = self.clock.fraction(times, self.rounding)[:, None]
-        same = np.sign((before.q * after.q).sum(axis=1))[:, None]
-        one, other = 1 - fraction, fraction
-        if self.clock.interpolation == SLERP:
-            angle = np.arccos(np.clip((same * before.q * after.q).sum(axis=1), -1.0, 1.0))[:, None]
-            with np.errstate(invalid="ignore", divide="ignore"):
-                one, other = (np.where(angle > 0, np.sin(part * angle) / np.sin(angle), part) for part in (one, other))
-        q = one * before.q + other * same * after.q
-        axes = rotation_matrix(q / np.linalg.norm(q, axis=1)[:, None])
-        return Pose(times, (1 - fraction) * before.x + fraction * after.x, axes, q)
+    def _between_ticks(self, times: Array, reached: Array, fineness: float) -> Pose:
+        """Return the output between the last tick of the physics and the next."""
+        clock, count = self.clock, len(times)
+        instants, first, found = np.empty(2 * count), np.empty(count), np.empty((count, POSE))
+        number = instants_of(np.rint(reached / clock.tick), instants, first)
+        rows = self.simulate(clock.tick * instants[:number], fineness)
+        between_ticks(rows, first, clock.fraction(times, self.rounding), clock.tick, clock.interpolation, found)
+        return Pose(times, found[:, 0:3], found[:, 3:12].reshape(-1, 3, 3), found[:, 12:16])
 
     def simulate(self, times: Array, fineness: float = SEARCHING) -> Array:
         """Return rows of `kernel.stepping` at times [s] that do not decrease, (T, 22), each after its impulses."""
         rows = np.empty((len(times), WIDTH))
-        gravity = tuple(self.gravity.tolist())
+        gravity, application = tuple(self.gravity.tolist()), self.application
         delayed_gravity = (self.gravity_from, *(self.mass * self.gravity).tolist()) if self.gravity_from else None
-        forces = self.forces._replace(mass=self.mass, gravity=ZERO if delayed_gravity else gravity)
+        moments = tuple(self.moments.tolist())
+        w, x, y, z = self.start[3:7].tolist()
+        size = math.sqrt(w * w + x * x + y * y + z * z)
         dynamics = Dynamics(
-            moments=tuple(self.moments.tolist()),
-            forces=forces,
+            moments=moments,
+            forces=self.forces._replace(mass=self.mass, gravity=ZERO if delayed_gravity else gravity),
             damping=self.damping,
             axis_damping=self.axis_damping,
             damping_place=self.damping_place,
@@ -198,36 +218,45 @@ class ProgramModel:
             frame_mixup=self.frame_mixup,
             tensor=self.tensor,
             impulse_tensor=self.impulse_tensor,
-            first=tuple((self.start[3:7] / np.linalg.norm(self.start[3:7])).tolist()),
+            first=(w / size, x / size, y / size, z / size),
+            file_axes=tuple(self.body.file_axes.tolist()),
             attitude_rate_factor=self.attitude_rate_factor,
             caps=self.caps,
-            lever=self.application.lever,
-            lever_motion=self.application.lever_motion,
-            lever_axes=self.application.lever_axes,
-            impulse_in_body_axes=self.application.in_body_axes,
+            caps_when_set=self.caps_when_set,
+            lever=application.lever,
+            lever_motion=application.lever_motion,
+            lever_axes=application.lever_axes,
+            impulse_in_body_axes=application.in_body_axes,
         )
         scheme = self.scheme if self.scheme.attitude != SMOOTH else self.scheme._replace(step=fineness)
-        integrate(
-            self.start,
-            times,
-            rows,
-            dynamics,
-            _events(self.impulses, self.application, delayed_gravity),
-            self._spring_rate() * np.sqrt(fineness * SEARCHING) / SPRING_STEP,
-            scheme,
-            self.rounding,
-        )
+        springs = 0.0
+        if self.stiffness:
+            rate = math.sqrt(self.stiffness * (1 / self.mass + self.body.reach**2 / min(moments)))
+            springs = rate * math.sqrt(fineness * SEARCHING) / SPRING_STEP
+        events = _events(self.impulses, application, delayed_gravity, self.event_tick)
+        integrate(self.start, times, rows, dynamics, events, springs, scheme, self.rounding)
         return rows
 
-    def _spring_rate(self) -> float:
-        """Return an upper bound of the angular frequency of the scene's springs [rad/s]."""
-        reach = (self.body.points**2).sum(axis=1).max()
-        return float(np.sqrt(self.stiffness * (1 / self.mass + reach / self.moments.min())))
+
+def output_points(body: Body) -> Array:
+    """Return the vertices in the axes that the output of a program has [m], (n, 3): the body's axes in the file."""
+    return body.points @ rotation_matrix(body.file_axes)
 
 
 def pose_of(times: Array, rows: Array) -> Pose:
     """Return the pose in rows of `simulate`."""
     return Pose(times, rows[:, 0:3], rows[:, 3:12].reshape(-1, 3, 3), rows[:, 18:22])
+
+
+def _in_file_axes(pose: Pose, file_axes: Array) -> Pose:
+    """Return a pose of the principal axes as one of the axes that the scene file has."""
+    axes, q = pose.axes @ rotation_matrix(file_axes), quaternion_product(pose.q, file_axes)
+    return pose._replace(axes=axes, q=q)
+
+
+def next_tick(time: float | Array, tick: float) -> float | Array:
+    """Return the first tick that is not before a time [s]."""
+    return tick * np.ceil(time / tick - WHOLE)
 
 
 def correct_program(scene: Scene, throw: int, rounding: float = 0.0) -> ProgramModel:
@@ -265,8 +294,12 @@ def _events(
     impulses: tuple[Impulse, ...],
     application: ImpulseApplication,
     delayed_gravity: tuple[float, float, float, float] | None = None,
+    tick: float = 0.0,
 ) -> Array:
-    """Return the events of `kernel.stepping`, (E, 16); delayed_gravity: time [s] and force [N]."""
+    """Return the events of `kernel.stepping`, (E, 16).
+
+    delayed_gravity: time [s] and force [N]; tick: events happen at the first tick after their time [s], 0 for at once.
+    """
     rows: list[tuple[float, ...]] = (
         [(delayed_gravity[0], BEGIN, *delayed_gravity[1:], *ZERO, *ZERO, False)] if delayed_gravity else []
     )
@@ -275,21 +308,22 @@ def _events(
         in_body_axes = impulse.point_body is not None
         place = (*(impulse.point_body if in_body_axes else impulse.point_world), in_body_axes)  # type: ignore[misc]
         if not application.lasts:
-            rows.append((impulse.time, JUMP, *(value if application.moves else ZERO), *value, *place))
+            rows.append((impulse.time, JUMP, *(application.moves * value), *value, *place))
             continue
-        force, attitude_rate_factor = (
-            value / application.lasts,
-            value / application.lasts if application.turns else np.zeros(3),
-        )
+        force = value / application.lasts
+        torque = force if application.turns else np.zeros(3)
         if not application.turns:
             rows.append((impulse.time, JUMP, 0.0, 0.0, 0.0, *value, *place))
-        rows.append((impulse.time, BEGIN, *force, *attitude_rate_factor, *place))
+        rows.append((impulse.time, BEGIN, *(application.moves * force), *torque, *place))
         if application.ends:
-            rows.append((impulse.time + application.lasts, END, *force, *attitude_rate_factor, *place))
+            end = impulse.time + application.lasts
+            rows.append((end, END, *(application.moves * force), *torque, *place))
     events = np.zeros((len(rows), EVENT))
     order = sorted(range(len(rows)), key=lambda number: rows[number][0])
     for place, number in enumerate(order):
         events[place, :12] = rows[number]
         if rows[number][1] == END:
             events[place, 15] = order.index(number - 1)  # the end of a force is listed after its start
+    if tick:
+        events[:, 0] = next_tick(events[:, 0], tick)
     return events

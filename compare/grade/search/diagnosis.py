@@ -1,4 +1,4 @@
-"""Runs the stages of a search against the rows of a trajectory, and ranks the explanations that they find."""
+"""Diagnoses rows: engines first, then a search; ranks what they find, and names the engines that do the same."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -9,27 +9,26 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
 from tumble.compare.grade.hypotheses.explanation import Explanation
-from tumble.compare.grade.measure.significance import ALIKE
+from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
+from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.model.program_model import ProgramModel
-from tumble.compare.grade.search.combining import Combiner
+from tumble.compare.grade.search.causal import CausalSearch
+from tumble.compare.grade.search.closing import HIDDEN, LARGER, Closing, needs_no_single
 from tumble.compare.grade.search.engine_search import EngineSearch
-from tumble.compare.grade.search.evaluator import Evaluator, SearchStopped
-from tumble.compare.grade.search.fitting import Fitter
-from tumble.compare.grade.search.stages import (
-    CLOSING,
-    STAGES,
-    Search,
-    by_weight,
-    defaults_of_engines_with_short_steps,
-    plain_values,
-    replace_each_mistake,
-)
+from tumble.compare.grade.search.evaluator import Evaluator
 
+# Programs that are simulated finely over all rows, of the best.
+FINALISTS = 6
 # An explanation with fewer mistakes must leave this many times as much to be worse; more, if what is left with more
 # mistakes is not noise, since any fitted value explains a part of a systematic residual.
 LEAST_HELP, MUCH_HELP = 1.1, 1.5
-# Stages that no limit of time cuts off: a body at rest, and the defaults of engines.
-NEVER_STOPPED = 2
+# Single precision explains an error that no engine's scheme makes this many times smaller.
+CLEARLY = 2.0
+# How often others as good as the best one are looked for, and how many of the better ones are simplified.
+ROUNDS, SIMPLIFIED = 3, 2
+# Share of the processor time after which nothing new is searched for; in the rest, explanations are simplified and
+# compared with others.
+SEARCHED = 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +43,7 @@ class Diagnosis:
     steps : explanations from null to best, each with a smaller error; the least important mistakes are added last
     trials : number of simulated programs
     program : program model of the best explanation
+    is_open : single precision would explain all in steps shorter than a row interval, but not in one step a row
     engines : engines that do the same at their defaults
     stopped_s : processor time after which the search was stopped [s]; 0: it ended by itself
     """
@@ -54,6 +54,7 @@ class Diagnosis:
     steps: tuple[Explanation, ...]
     trials: int
     program: ProgramModel
+    is_open: bool = False
     engines: tuple[str, ...] = ()
     stopped_s: float = 0.0
 
@@ -62,6 +63,7 @@ def diagnosed(
     evaluator: Evaluator,
     engines: Sequence[EngineScheme] = ENGINES,
     on_nearest: Callable[[Explanation], None] = lambda _: None,
+    on_progress: Callable[[float], object] = lambda share: None,
     search_s: float = np.inf,
 ) -> Diagnosis:
     """Search for the mistakes that explain the rows.
@@ -71,76 +73,135 @@ def diagnosed(
     evaluator : evaluates mistakes against the rows
     engines : the schemes that are tried
     on_nearest : called with the nearest scheme if none fits and a search begins
+    on_progress : called with the share of the search that is done
     search_s : processor time after which the search stops with the best explanation so far [s]
 
     Returns
     -------
     the diagnosis
     """
-    fitter = Fitter(evaluator)
-    engine_search = EngineSearch(evaluator, fitter, engines)
-    search = Search(
-        evaluator=evaluator,
-        fitter=fitter,
-        combiner=Combiner(evaluator, fitter),
-        engine_search=engine_search,
-        on_nearest=on_nearest,
-        null=evaluator.explain(()),
-    )
-    stopped = not search.null.within_floor and _is_stopped(search, search_s)
-    replace_each_mistake(search)
-    plain_values(search)
-    return replace(_ranked(search), stopped_s=search_s if stopped else 0.0)
+    begun_at, least_s = thread_time(), (1 - SEARCHED) * search_s
+    null = evaluator.explain(())
+    if null.within_floor and evaluator.is_within_digits():
+        return _ranked(evaluator, null, [])
+    search = CausalSearch(evaluator)
+    engine_search, closing = EngineSearch(evaluator, search, engines), Closing(evaluator, search)
+    explained = engine_search.defaults()
+    if null.within_floor:
+        explained = _clearly_better(evaluator, explained)
+        if not explained:
+            return replace(_ranked(evaluator, null, []), is_open=not evaluator.is_within_single_steps())
+    if not (explained and explained[0].within_floor):
+        if explained:
+            on_nearest(explained[0])
+        found = search.candidates(begun_at + SEARCHED * search_s, on_progress)
+        explained += [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
+    explained.sort(key=by_weight)
+    explained += _of_double(evaluator, explained, max(begun_at + SEARCHED * search_s, thread_time() + least_s))
+    explained.sort(key=by_weight)
+    closing.stop_at(max(begun_at + search_s, thread_time() + least_s))
+    explained = _closed(explained, closing)
+    closing.stop_at(np.inf)
+    evaluator.trials += search.trials
+    ranked = _ranked(evaluator, null, explained)
+    stopped = search_s if search.is_stopped or closing.is_stopped else 0.0
+    return replace(ranked, stopped_s=stopped, engines=engine_search.fitting(ranked.best, closing))
 
 
-def _is_stopped(search: Search, search_s: float) -> bool:
-    """Run the stages; return whether processor time ended them before they had ended by themselves.
+def _clearly_better(evaluator: Evaluator, explained: Sequence[Explanation]) -> list[Explanation]:
+    """Return the explanations that leave much less than no mistake, although single precision would explain that."""
+    most = evaluator.in_common_floors(()) / CLEARLY
+    return [each for each in explained if each.within_floor and evaluator.in_common_floors(each.mistakes) <= most]
 
-    It does not cut off the first ones: what an engine does is said on a slow machine, too.
+
+def _of_double(evaluator: Evaluator, explained: Sequence[Explanation], stops_at: float) -> list[Explanation]:
+    """Return explanations by programs of double precision that leave only what the digits allow.
+
+    They are sought if the digits do not show that the program is of single precision, and that would explain the rest.
     """
-    stops_at = thread_time() + search_s
-    is_done = any(stage(search) for stage in STAGES[:NEVER_STOPPED])
-    search.evaluator.stops_at = stops_at
-    try:
-        is_done = is_done or any(stage(search) for stage in STAGES[NEVER_STOPPED:])
-        if not is_done or search.engines or not search.best.is_whole:
-            return False
-        defaults_of_engines_with_short_steps(search)  # a known scheme may be what was found in parts
-    except SearchStopped:
-        search.evaluator.stops_at = np.inf
-        for stage in CLOSING:
-            stage(search)
-        return True
-    else:
-        return False
-    finally:
-        search.evaluator.stops_at = np.inf
+    best = next((each for each in explained if each.within_floor), None)
+    if evaluator.is_known or best is None or best.in_digits <= EXPLAINED:
+        return []
+    search = CausalSearch(evaluator, is_double=True)
+    found = search.beyond(best.mistakes, stops_at)
+    if not found[0].is_whole:
+        found = search.candidates(stops_at)
+    every = [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
+    return [each for each in every if each.in_digits <= EXPLAINED]
 
 
-def _ranked(search: Search) -> Diagnosis:
+def _closed(explained: Sequence[Explanation], closing: Closing) -> list[Explanation]:
+    """Return explanations, best first, with those of everything simplified, and others that are as good as these."""
+    whole = [closing.simplified(each) for each in explained if each.within_floor]
+    if not whole:
+        return list(explained)
+    others: list[Explanation] = []
+    for _ in range(ROUNDS):
+        best = min(whole, key=by_weight)
+        # The values of a simplified one are plain, so another one with the same mistakes is no better.
+        known = [_hypotheses(each) for each in (*whole, *others)]
+        others += [each for each in closing.alternatives(best) if _hypotheses(each) not in known]
+        better = sorted((each for each in others if each.weight < best.weight), key=by_weight)
+        others = [each for each in others if each not in better]
+        whole += [closing.simplified(each) for each in better[:SIMPLIFIED]] + better[SIMPLIFIED:]
+        if min(whole, key=by_weight) is best:
+            break
+    return [*whole, *others, *(each for each in explained if not each.within_floor)]
+
+
+def _hypotheses(explanation: Explanation) -> set[Hypothesis]:
+    return {mistake.hypothesis for mistake in explanation.mistakes}
+
+
+def _ranked(evaluator: Evaluator, null: Explanation, found: Sequence[Explanation]) -> Diagnosis:
     """Return the best of the explanations that a search has found, and those that fit equally well."""
-    null, found = search.null, search.explanations
     # Where single precision decides nothing, a run that is right may be off by more than one that is not.
-    helpful = [null, *(each for each in found if each.max_m < null.max_m or each.within_floor)]
+    helpful = [each for each in found if each.max_m < null.max_m or each.within_floor]
+    # What is found although single precision would explain all is clearly better than no mistake.
+    if not (helpful and null.within_floor):
+        helpful.insert(0, null)
     ranked = [each for each in sorted(helpful, key=by_weight) if not _is_padded(each, helpful)]
-    best = ranked[0]
+    as_good = _as_good(evaluator, ranked)
+    best = _best(evaluator, ranked[0], as_good)
     alike = [
         each
-        for each in ranked[1:]
-        if each.weight < best.weight + ALIKE and not each.names > best.names and each.names != best.names
+        for each in ranked
+        if each is not best
+        and (each.weight < best.weight + ALIKE or each in as_good)
+        and not each.names > best.names
+        and _key(each) != _key(best)
     ]
-    # Late rows alone do not identify an engine.
-    has_more = any(mistake.hypothesis.part != "clock offset" for mistake in best.mistakes)
-    engines = search.engines if has_more and best in search.by_engines else ()
     return Diagnosis(
         null=null,
         best=best,
         alike=tuple(_distinct(alike)),
-        steps=tuple(_steps(search.evaluator, null, best)),
-        trials=search.evaluator.trials,
-        program=search.evaluator.program_with(best.mistakes),
-        engines=engines,
+        steps=tuple(_steps(evaluator, null, best)),
+        trials=evaluator.trials,
+        program=evaluator.program_with(best.mistakes),
     )
+
+
+def _as_good(evaluator: Evaluator, ranked: Sequence[Explanation]) -> list[Explanation]:
+    """Return explanations that single precision does not distinguish from the first one; none if it says nothing.
+
+    Its effect is not white: a smaller residual within it says little.
+    """
+    first = ranked[0]
+    if not first.within_floor or first.in_digits <= EXPLAINED:
+        return []
+    most_m = max(LARGER * first.weighted_rms_m, HIDDEN * evaluator.scale.floor_m)
+    return [each for each in ranked if each.within_floor and each.weighted_rms_m <= most_m]
+
+
+def _best(evaluator: Evaluator, first: Explanation, as_good: Sequence[Explanation]) -> Explanation:
+    """Return the first explanation, or one as good with much fewer assumptions."""
+    plainest = min((first, *as_good), key=lambda each: evaluator.cost(each.mistakes))
+    return plainest if evaluator.cost(plainest.mistakes) < evaluator.cost(first.mistakes) - ALIKE / 2 else first
+
+
+def by_weight(explanation: Explanation) -> float:
+    """Return the weight of an explanation, to sort by."""
+    return explanation.weight
 
 
 def _steps(evaluator: Evaluator, null: Explanation, best: Explanation) -> list[Explanation]:
@@ -163,15 +224,30 @@ def _is_padded(explanation: Explanation, others: Iterable[Explanation]) -> bool:
     enough = explanation.weighted_rms_m * (LEAST_HELP if explanation.is_whole else MUCH_HELP)
     return any(
         other.names < explanation.names
+        and (not needs_no_single(explanation, other) or _is_fitted_to(explanation, other))
         and (other.weighted_rms_m <= enough or (other.within_floor and explanation.within_floor))
         for other in others
     )
 
 
+def _is_fitted_to(explanation: Explanation, other: Explanation) -> bool:
+    """Whether what an explanation has beyond another is nearly right, so it was fitted to what that leaves."""
+    return any(m.is_nearly_right() for m in explanation.mistakes if m.hypothesis.name not in other.names)
+
+
 def _distinct(explanations: Iterable[Explanation]) -> Iterator[Explanation]:
-    """Yield the first explanation of each set of names."""
-    seen: set[frozenset[str]] = set()
+    """Yield the first explanation of each set of names and schemes."""
+    seen = set()
     for each in explanations:
-        if each.names not in seen:
-            seen.add(each.names)
+        if (key := _key(each)) not in seen:
+            seen.add(key)
             yield each
+
+
+def _key(explanation: Explanation) -> frozenset[tuple]:
+    """Return the names of the mistakes, and the parts of the step."""
+    parts = ("gyroscopic", "rotation")
+    return frozenset(
+        (m.hypothesis.name, *(word for part, word in m.hypothesis.details if part in parts))
+        for m in explanation.mistakes
+    )

@@ -1,15 +1,13 @@
-"""Simulates a throw as programs with mistakes would, and evaluates what each leaves of the rows."""
+"""Evaluates explanations: what mistakes leave of all rows, finely simulated, and what it costs to assume them."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
-from time import thread_time
+from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
-from tumble.compare.grade.hypotheses.mistakes.output import OUTPUT_PARTS
-from tumble.compare.grade.measure.errors import SampledRows, golden_subsample
+from tumble.compare.grade.measure.errors import SampledRows
 from tumble.compare.grade.measure.significance import (
     ResidualScale,
     autocorrelation,
@@ -18,36 +16,29 @@ from tumble.compare.grade.measure.significance import (
     root_mean_square,
     spares_rows,
 )
-from tumble.compare.grade.measure.single_precision import single_floor
-from tumble.compare.grade.model.kernel.dynamics import RUNGE_KUTTA, SMOOTH
-from tumble.compare.grade.model.program_model import FINE, RIGHT_CLOCK, SEARCHING, Pose, ProgramModel
+from tumble.compare.grade.measure.single_precision import fine_step, single_floor, stepwise
+from tumble.compare.grade.model.kernel.dynamics import SMOOTH
+from tumble.compare.grade.model.program_model import FINE, SEARCHING, ZERO_ORDER_HOLD, ProgramModel
 from tumble.scenarios.frames import Array
 
-# Rows of the sample that fits use, and rows of those that a quick look uses.
-FITTED_ROWS, QUICK_ROWS = 96, 24
-# Simulated steps after which a search adds no more mistakes: the limit of a search, the same on any machine.
-ENOUGH = 60_000_000
-# Radians in a step of a quick look if more than this share of the body's size is to be explained.
-COARSE, LARGE = 0.4, 0.02
-# A residual that is not finite counts as this many times the body's size.
-DIVERGED = 1e6
-# A run costs at least this many steps, and at most this many are counted.
-STARTED, MOST_COUNTED = 1000, 100_000
-# States of a run among which the nearest to a row is sought: this many in a radian of rotation, and at most.
-IN_A_RADIAN, MOST_STATES = 10, 2000
-
-
-class SearchStopped(Exception):
-    """The search has used its processor time."""
+# Steps in a row interval of a program of which nothing is known yet.
+USUAL_STEPS = 4
+# What single precision explains, over the bound of its effect: programs of single precision that are simulated with all
+# of their mistakes leave at most 0.8 of the bound, and a residual within the floor may be twice the floor.
+OF_THE_BOUND = 0.5
+# A residual of so many floors, of the digits or of single precision, is only the error of the two simulations if it is
+# at most this share of what no mistake leaves.
+NEARLY_DIGITS, NEARLY_SINGLE, SMALL_SHARE = 4.0, 3.0, 1e-3
+# Steps in a row interval that a program may take.
+PARTS = 200
 
 
 class Evaluator:
     """Evaluates mistakes against the sampled rows of one throw.
 
-    rows: the sample; fitted_rows: those that fits use; quick_rows: those that a quick look uses; hypotheses: in the
-    order in which a program makes the mistakes; trials: number of simulated programs; simulated_steps: steps that
-    they took, without those whose output alone was changed; stops_at: processor time of the thread at which the search
-    stops [s]; on_progress: called with the share of ENOUGH steps.
+    rows: the sample; points: the vertices in the file [m], axes of the body, (K, 3); scale: what residuals are compared
+    to, without single precision; single: the program may be of single precision; is_known: it is; hypotheses: in the
+    order in which a program makes the mistakes; trials: number of simulated programs.
     """
 
     def __init__(
@@ -58,56 +49,30 @@ class Evaluator:
         points: Array,
         scale: ResidualScale,
         single: bool = False,
-        on_progress: Callable[[float], object] = lambda share: None,
+        is_known: bool = False,
     ) -> None:
-        """Prepare the rows; points: the vertices in the file [m], body axes, (K, 3); single: single precision."""
         self.context, self.hypotheses, self.scale = context, list(hypotheses), scale
-        self.trials, self.simulated_steps, self._on_progress = 0, 0, on_progress
-        self.rows, self._single = sample, single
-        self.stops_at = np.inf
-        fitted = golden_subsample(len(sample), FITTED_ROWS)
-        self.fitted_rows = sample.some(fitted)
-        quick = np.unique(np.linspace(0, len(self.fitted_rows) - 1, QUICK_ROWS).round().astype(int))
-        self.quick_rows = self.fitted_rows.some(quick)
-        self._quick_vertices = np.ascontiguousarray(np.swapaxes(self.quick_rows.vertices, 1, 2))
-        self._quick_trust = (scale.floor_m / (np.sqrt(3.0) * scale.floors_m[fitted][quick]))[:, :, None]
-        self._trust = (scale.floor_m / (np.sqrt(3.0) * scale.floors_m[fitted]))[:, None]
-        self._program, self._points = context.program, points
-        self._duration, self._turn_s = context.duration, context.turn_s
-        self._place = {hypothesis: number for number, hypothesis in enumerate(hypotheses)}
-        self._poses: dict[tuple, Pose] = {}
-        self._quick_fineness = SEARCHING
-        self.aim_at(root_mean_square(sample.vertices - sample.true))
-
-    def truncated(self, share: float) -> "Evaluator":
-        """Return an evaluator for the rows of the first share of the duration."""
-        early = self.rows.times <= share * self._duration
-        scale = replace(self.scale, floors_m=self.scale.floors_m[early])
-        evaluator = Evaluator(self.context, self.hypotheses, self.rows.some(early), self._points, scale, self._single)
-        evaluator.stops_at = self.stops_at
-        return evaluator
-
-    def aim_at(self, residual_m: float) -> None:
-        """Simulate quick looks as finely as it takes to explain a residual [m]."""
-        fineness = COARSE if residual_m > LARGE * self.scale.size_m else SEARCHING
-        if fineness != self._quick_fineness:
-            self._quick_fineness = fineness
-            self._poses.clear()
-
-    def is_spent(self, share: float = 1.0, begun: int = 0) -> bool:
-        """Whether a share of the ENOUGH steps of a search has been simulated; begun: steps that do not count."""
-        return self.simulated_steps - begun > share * ENOUGH
+        self.rows, self.points, self.single, self.is_known = sample, points, single, is_known
+        self.trials = 0
+        self._costs: dict[tuple[Hypothesis, bool], float] = {}
+        self.search_scale = self._with_single(stepwise(context.program, context.spacing_s / USUAL_STEPS))
 
     def explain(self, mistakes: Mistakes) -> Explanation:
-        """Return what mistakes leave of all rows, finely simulated."""
+        """Return what mistakes leave of all rows, finely simulated.
+
+        If the program may be of single precision, it is of what makes the residual more likely, that or double.
+        """
         self.trials += 1
         program = self.program_with(mistakes)
-        errors = self._errors(self._output(program, self.rows, FINE), self.rows)
-        floors_m = self._single_floor(program) if self._single else None
-        rms_m, weighted_rms_m = root_mean_square(errors), root_mean_square(self.scale.weighted(errors, floors_m))
-        with np.errstate(over="ignore"):  # a run that diverged
+        errors = self._errors(program)
+        scale = self._with_single(program)
+        rms_m, weighted_rms_m = root_mean_square(errors), root_mean_square(scale.weighted(errors))
+        in_floors = weighted_rms_m / scale.floor_m
+        in_digits = root_mean_square(self.scale.weighted(errors)) / self.scale.floor_m
+        weights = scale.weight(in_floors, self._vagueness(scale)), self.scale.weight(in_digits, 0.0)
+        with np.errstate(all="ignore"):  # a run that diverged
             max_m = float(np.linalg.norm(errors, axis=-1).max())
-        within_floor = self.scale.is_within_floor(weighted_rms_m)
+        within_floor = scale.is_within_floor(weighted_rms_m) or self._is_nearly(mistakes, in_floors, in_digits)
         correlation = 0.0 if within_floor else self._autocorrelation(program, errors)
         return Explanation(
             mistakes=mistakes,
@@ -115,12 +80,80 @@ class Evaluator:
             max_m=max_m,
             within_floor=within_floor,
             is_noise=not within_floor
-            and self.scale.is_noise(rms_m, max_m, correlation, len(errors) - 1)
+            and scale.is_noise(rms_m, max_m, correlation, len(errors) - 1)
             and is_even(errors)
-            and not spares_rows(errors, self.scale.floors_m),
-            weight=self.scale.weight(root_mean_square(self.scale.weighted(errors)), self.cost(mistakes)),
-            weighted_rms_m=weighted_rms_m,
+            and not spares_rows(errors, scale.floors_m),
+            weight=self.cost(mistakes) + min(weights),
+            weighted_rms_m=in_floors * self.scale.floor_m,
+            in_digits=in_digits,
         )
+
+    def _is_nearly(self, mistakes: Mistakes, in_floors: float, in_digits: float) -> bool:
+        """Return whether mistakes leave little more than the floor, and nearly nothing of what no mistake leaves."""
+        if not mistakes or not (in_digits <= NEARLY_DIGITS or in_floors <= NEARLY_SINGLE):
+            return False
+        return self.in_common_floors(mistakes) <= SMALL_SHARE * self._null_in_common_floors
+
+    @cached_property
+    def _null_in_common_floors(self) -> float:
+        return self.in_common_floors(())
+
+    def in_common_floors(self, mistakes: Mistakes) -> float:
+        """Return what mistakes leave of all rows, in the floors that a search has for every program."""
+        errors = self._errors(self.program_with(mistakes))
+        return root_mean_square(self.search_scale.weighted(errors)) / self.search_scale.floor_m
+
+    def is_within_single_steps(self) -> bool:
+        """Return whether single precision of one step a row explains the rows; in shorter steps it explains more."""
+        scale = self._with_single(stepwise(self.context.program, self.context.spacing_s))
+        errors = self._errors(self.context.program)
+        return scale.is_within_floor(root_mean_square(scale.weighted(errors)))
+
+    def is_within_digits(self) -> bool:
+        """Return whether the rows are right without single precision."""
+        errors = self._errors(self.context.program)
+        return self.scale.is_within_floor(root_mean_square(self.scale.weighted(errors)))
+
+    def _errors(self, program: ProgramModel) -> Array:
+        """Return what a finely simulated program leaves of all rows [m], (S, K, 3)."""
+        pose = program.output(self.rows.times, FINE)
+        with np.errstate(all="ignore"):
+            places = np.swapaxes((pose.axes.reshape(-1, 3) @ self.points.T).reshape(-1, 3, len(self.points)), 1, 2)
+            return self.rows.vertices - (places + pose.x[:, None] if self.context.has_centre else places)
+
+    def is_within_floor(self, mistakes: Mistakes, errors: Array, times: Array, floors_m: Array) -> bool:
+        """Return whether residuals in the floors of a search, (T, K, 3), are within those of the program itself.
+
+        times [s], (T,); floors_m: of the search, (T, 3).
+        """
+        program = self.program_with(mistakes)
+        if not self._may_be_single(program):
+            return False
+        own = self._single_m(program, times)
+        known = np.interp(times, self.rows.times, np.square(self.scale.floors_m).mean(axis=1))
+        ratio = np.square(floors_m).mean(axis=1) / (known + np.square(own) / 3)
+        squares = np.square(errors).mean(axis=(1, 2))
+        return self.scale.is_within_floor(float(np.sqrt((squares * ratio).mean())) * self.scale.floor_m)
+
+    def _with_single(self, program: ProgramModel) -> ResidualScale:
+        """Return the scale with the effect of single precision on a program, if it may have any."""
+        if not self._may_be_single(program):
+            return self.scale
+        return self.scale.with_single(self._single_m(program, self.rows.times))
+
+    def _may_be_single(self, program: ProgramModel) -> bool:
+        """Whether a program may be of single precision: what is interpolated between its ticks may be of double."""
+        return self.single or program.clock.interpolation != ZERO_ORDER_HOLD
+
+    def _single_m(self, program: ProgramModel, times: Array) -> Array:
+        """Return the effect of single precision at times [s], in m, (T,); its steps are fine if it has none."""
+        if program.scheme.attitude == SMOOTH:
+            program = stepwise(program, fine_step(self.context.spacing_s))
+        return OF_THE_BOUND * single_floor(program, times, self.points)
+
+    def _vagueness(self, scale: ResidualScale) -> float:
+        """Return the weight of a larger noise floor, which explains more: of the likelihood of normal deviations."""
+        return 2.0 * scale.numbers * float(np.log(scale.floors_m / self.scale.floors_m).mean())
 
     def _autocorrelation(self, program: ProgramModel, errors: Array) -> float:
         """Return the autocorrelation of errors in world axes or in body axes, the larger one."""
@@ -129,133 +162,32 @@ class Evaluator:
             in_body = np.einsum("tji,tkj->tki", axes, errors)
             return max(autocorrelation(errors), autocorrelation(in_body), key=abs)
 
-    def _single_floor(self, program: ProgramModel) -> Array | None:
-        """Return the effect of single precision on a run in steps, (S, 3), None for a continuous one."""
-        if program.scheme.attitude == SMOOTH:
-            return None
-        return single_floor(program, self.rows.times, self._points)[:, None]
-
-    def quick_weight(self, mistakes: Mistakes) -> float:
-        """Return the weight of mistakes in a quick look."""
-        self.trials += 1
-        physical = tuple(m for m in mistakes if m.hypothesis.part not in OUTPUT_PARTS)
-        pose = self.transformed(self.pose(physical), [m for m in mistakes if m.hypothesis.part in OUTPUT_PARTS])
-        return float(self.quick_weights(pose)[0]) + self.cost(mistakes)
-
-    def log_residual(self, mistakes: Mistakes, fineness: float = SEARCHING) -> float:
-        """Return the logarithm of the weighted residual of the fitted rows."""
-        with np.errstate(all="ignore"):
-            rms_m = root_mean_square(self.residuals(mistakes, fineness)) * self.scale.size_m
-            return float(np.log(rms_m + 1e-3 * self.scale.floor_m))
-
-    def residuals(self, mistakes: Mistakes, fineness: float = SEARCHING) -> Array:
-        """Return the weighted residuals of the fitted rows over the body's size, a flat array; large if not finite."""
-        self.trials += 1
-        errors = self._errors(self._output(self.program_with(mistakes), self.fitted_rows, fineness), self.fitted_rows)
-        with np.errstate(all="ignore"):
-            found = (errors * self._trust).ravel() / self.scale.size_m
-        return np.nan_to_num(found, nan=DIVERGED, posinf=DIVERGED, neginf=-DIVERGED)
-
-    def quick_weights(self, stack: Pose) -> Array:
-        """Return the weights, without the cost of assumptions, of several runs one after the other, (n,)."""
-        rows = len(self.quick_rows)
-        with np.errstate(all="ignore"):
-            apart = self._rotated(stack).reshape(-1, rows, 3, len(self._points)) - self._quick_vertices
-            apart *= self._quick_trust
-            rms_m = np.sqrt(np.einsum("nrik,nrik->n", apart, apart) / (rows * len(self._points)))
-            return np.where(np.isfinite(rms_m), self.scale.weights(rms_m), np.inf)
-
-    def pose(self, mistakes: Mistakes) -> Pose:
-        """Return the output of a program with these mistakes at the quick rows, simulated once."""
-        pose = self._poses.get(mistakes)
-        if pose is None:
-            program = self.program_with(mistakes)
-            pose = self._poses[mistakes] = self._output(program, self.quick_rows, self._quick_fineness)
-        return pose
-
-    def _output(self, program: ProgramModel, rows: SampledRows, fineness: float) -> Pose:
-        """Return the output of a program at rows, and count the steps that its run takes.  Raises SearchStopped."""
-        if thread_time() > self.stops_at:
-            raise SearchStopped
-        scheme, smooth = program.scheme, program.scheme.attitude == SMOOTH
-        count = self._duration / (fineness * self._turn_s if smooth else scheme.step)
-        stages = 4 if smooth or scheme.attitude == RUNGE_KUTTA else 1
-        self.simulated_steps += STARTED + stages * round(min(count, MOST_COUNTED))
-        self._on_progress(self.simulated_steps / ENOUGH)
-        return program.output(rows.times, fineness)
-
-    def transformed(self, pose: Pose, mistakes: Sequence[Mistake]) -> Pose:
-        """Return a pose with mistakes in its output."""
-        if not mistakes:
-            return pose
-        with np.errstate(all="ignore"):
-            for transform in self.program_with(mistakes).output_transforms:
-                pose = transform(pose)
-        return pose
-
-    def nearest_times(self, program: ProgramModel, rows: SampledRows) -> Array:
-        """Return the times [s] at which a run comes nearest to rows, whatever the clock, (S,)."""
-        from scipy.spatial.distance import cdist  # only a search pays for this import
-
-        count = int(np.clip(IN_A_RADIAN * self._duration / self._turn_s, 2 * len(rows), MOST_STATES))
-        times = np.linspace(0, self._duration, count)
-        pose = replace(program, clock=RIGHT_CLOCK).output(times)
-        with np.errstate(all="ignore"):
-            apart = cdist(rows.vertices.reshape(len(rows), -1), self._places(pose).reshape(count, -1))
-            nearest = np.argmin(np.where(np.isfinite(apart), apart, np.inf), axis=1).clip(1, count - 2)
-            # The minimum of a parabola through the squares of three distances.
-            before, at, after = (apart[np.arange(len(rows)), nearest + side] ** 2 for side in (-1, 0, 1))
-            offset = np.nan_to_num(0.5 * (before - after) / (before - 2 * at + after)).clip(-1, 1)
-        return (nearest + offset) * times[1]
-
     def program_with(self, mistakes: Sequence[Mistake]) -> ProgramModel:
         """Return the model of a program with these mistakes."""
-        program = self._program
+        program = self.context.program
         for mistake in mistakes:
             program = mistake.hypothesis.change(program, mistake.value)
         return program
 
     def cost(self, mistakes: Sequence[Mistake]) -> float:
         """Return the weight of the assumptions: which mistakes, and their values."""
-        cost = 0.0
-        for mistake in mistakes:
-            hypothesis = mistake.hypothesis
-            cost += choice_cost(len(self.hypotheses)) + hypothesis.from_data * self.scale.parameter_cost()
-            if hypothesis.choices:
-                cost += choice_cost(len(hypothesis.choices))
-            elif mistake.has_named_value:
-                cost += choice_cost(len(hypothesis.named_values))
-            elif hypothesis.fitted:
-                cost += self.scale.parameter_cost()
+        return sum(map(self._cost_of, mistakes))
+
+    def _cost_of(self, mistake: Mistake) -> float:
+        key = mistake.hypothesis, mistake.has_named_value
+        if key not in self._costs:
+            self._costs[key] = self._new_cost(*key)
+        return self._costs[key]
+
+    def _new_cost(self, hypothesis: Hypothesis, is_named: bool) -> float:
+        numbers = hypothesis.from_data + (hypothesis.dimension if hypothesis.scale else 0)
+        cost = choice_cost(len(self.hypotheses)) + hypothesis.unlikely + numbers * self.scale.parameter_cost()
+        if hypothesis.choices:
+            cost += choice_cost(len(hypothesis.choices))
+        elif is_named:
+            cost += choice_cost(len(hypothesis.named_values))
+        elif hypothesis.fitted and not hypothesis.scale:
+            cost += self.scale.parameter_cost()
+        elif hypothesis.part == "steps":  # any part of a row interval
+            cost += choice_cost(PARTS)
         return cost
-
-    def ordered(self, mistakes: Mistakes) -> Mistakes:
-        """Return mistakes in the order in which a program makes them."""
-        return tuple(sorted(mistakes, key=lambda mistake: self._order(mistake.hypothesis)))
-
-    def _order(self, hypothesis: Hypothesis) -> int:
-        """Return the place of a hypothesis; for one of an engine's scheme, the first place of its part."""
-        place = self._place.get(hypothesis)
-        same = (number for number, other in enumerate(self.hypotheses) if other.part == hypothesis.part)
-        return next(same, 0) if place is None else place
-
-    def scheme_weight(self, mistakes: Mistakes) -> float:
-        """Return the weight of the mistakes of an engine's scheme over all rows."""
-        self.trials += 1
-        errors = self._errors(self._output(self.program_with(mistakes), self.rows, SEARCHING), self.rows)
-        with np.errstate(all="ignore"):
-            rms_m = root_mean_square(self.scale.weighted(errors))
-        return self.scale.weight(rms_m, self.cost(mistakes)) if np.isfinite(rms_m) else np.inf
-
-    def _errors(self, pose: Pose, rows: SampledRows) -> Array:
-        with np.errstate(all="ignore"):
-            return rows.vertices - self._places(pose)
-
-    def _places(self, pose: Pose) -> Array:
-        """Return the vertices in a program's output [m], (S, K, 3)."""
-        return np.swapaxes(self._rotated(pose), 1, 2)
-
-    def _rotated(self, pose: Pose) -> Array:
-        """Return the vertices in a program's output [m], (S, 3, K)."""
-        rotated = (pose.axes.reshape(-1, 3) @ self._points.T).reshape(-1, 3, len(self._points))
-        return rotated + pose.x[:, :, None] if self.context.has_centre else rotated

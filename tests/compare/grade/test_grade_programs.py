@@ -174,7 +174,7 @@ SINGLE = {
     "explicit": (euler(method="explicit"), "explicit-euler", (0.00999, 0.01001)),
     "explicit, body axes": (
         euler(method="explicit", axes="body", form=SIX),
-        "explicit-euler: w in body axes",
+        "explicit-euler: angular velocity stored in body axes",
         (0.0099, 0.0101),
     ),
     "explicit, L": (euler(method="explicit", axes="momentum"), "explicit-euler: momentum stored", (0.00999, 0.01001)),

@@ -66,7 +66,7 @@ def _with_edges(program: ProgramModel, by: Array, vertices: bool) -> ProgramMode
     moments = program.moments * np.diag(box(1.0, by * program.body.size).tensor)
     moments = moments / np.diag(box(1.0, program.body.size).tensor)
     impulses = tuple(_moved(impulse, by, program.body.points) for impulse in program.impulses)
-    changed = replace(program, moments=moments, impulses=impulses)
+    changed = program.but(moments=moments, impulses=impulses)
     return with_output_transform(changed, lambda pose: pose._replace(axes=pose.axes * by)) if vertices else changed
 
 

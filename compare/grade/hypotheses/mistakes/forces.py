@@ -1,13 +1,12 @@
 """Mistakes with permanent forces: gravity, damping that the scene does not have, a missing force."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import STEPS, Context, Hypothesis, choice, grid
 from tumble.compare.grade.hypotheses.names import GRAVITY_DELAYED, PYBULLET_DAMPING, SPIN_CAP
-from tumble.compare.grade.model.kernel.dynamics import AFTER_FORCES, AS_FORCE, LAST
+from tumble.compare.grade.model.kernel.dynamics import AS_FORCE
 from tumble.compare.grade.model.program_model import ProgramModel, without_strength
 from tumble.scenarios.forces import GRAVITY, acting
 
@@ -20,13 +19,13 @@ DIRECTIONS = tuple(sign * axis for axis in np.eye(3) for sign in (1.0, -1.0))
 # Default rates of engines [1/s].
 RATES = {0.01: "", 0.04: "", 0.05: "", 0.1: "", 0.5: "", 1.0: ""}
 BULLET = 0.04
+# Weight that damping along one axis alone costs.
+UNLIKELY = 15.0
 # Coefficients of Dynamics.damping that it sets.
 BULLET_KINDS = (0, 1, 2, 3)
 # Default limits of engines [rad/s, m/s].
 SPIN_CAPS = {7.0: "Unity's", 47.12: "Rapier's and Jolt's at 60 Hz", 100.0: "PhysX's"}
 SPEED_CAPS = {100.0: "", 400.0: "", 500.0: "Jolt's"}
-# When a step damps, which makes no difference to a continuous run.
-DAMPS = {AS_FORCE: "", AFTER_FORCES: ", after the forces of a step", LAST: ", after a step has moved the body"}
 
 
 def forces(context: Context) -> Iterator[Hypothesis]:
@@ -42,22 +41,24 @@ def forces(context: Context) -> Iterator[Hypothesis]:
 def _gravity(context: Context) -> Iterator[Hypothesis]:
     gravity = context.program.gravity
     size = float(np.linalg.norm(gravity))
-    if context.drift is not None and context.drift[1].any():
-        more = context.drift[1]
+    if context.has_centre:
         yield Hypothesis(
             "constant-acceleration",
             "gravity",
-            f"an acceleration of ({', '.join(f'{value:.4g}' for value in more)}) m/s2 that the scene does not have",
-            lambda program, _: replace(program, gravity=program.gravity + more),
+            "an acceleration of ({}) m/s2 that the scene does not have",
+            lambda program, more: program.but(gravity=program.gravity + np.array(more)),
+            ((0.0, 0.0, 0.0),),
             rare=True,
-            from_data=3,
+            unit="m/s2",
+            scale=size or STANDARD,
+            vague=True,
         )
     if not size:
         yield Hypothesis(
             "gravity-added",
             "gravity",
             f"gravity of {STANDARD} m/s2 along {{}}, which the scene does not have",
-            lambda program, number: replace(program, gravity=STANDARD * DIRECTIONS[int(number)]),
+            lambda program, number: program.but(gravity=STANDARD * DIRECTIONS[int(number)]),
             choice(len(AXES)),
             AXES,
         )
@@ -67,15 +68,13 @@ def _gravity(context: Context) -> Iterator[Hypothesis]:
         ("gravity-doubled", "gravity applied twice", 2.0),
         ("gravity-reversed", "gravity reversed", -1.0),
     ):
-        yield Hypothesis(
-            name, "gravity", text, lambda program, _, factor=factor: replace(program, gravity=factor * gravity)
-        )
+        yield Hypothesis(name, "gravity", text, lambda program, _, factor=factor: program.but(gravity=factor * gravity))
     others = [number for number, direction in enumerate(DIRECTIONS) if abs(direction @ gravity) < 0.9 * size]
     yield Hypothesis(
         "gravity-along-wrong-axis",
         "gravity",
         "gravity along {}",
-        lambda program, number: replace(program, gravity=size * DIRECTIONS[others[int(number)]]),
+        lambda program, number: program.but(gravity=size * DIRECTIONS[others[int(number)]]),
         choice(len(others)),
         tuple(AXES[number] for number in others),
     )
@@ -83,9 +82,10 @@ def _gravity(context: Context) -> Iterator[Hypothesis]:
         "gravity-wrong-magnitude",
         "gravity",
         "gravity {} times its value",
-        lambda program, factor: replace(program, gravity=factor * gravity),
+        lambda program, factor: program.but(gravity=factor * gravity),
         (*grid(1e-3, 0.25, 6), *grid(0.5, 1.6, 9), 2.5, 5.0, 20.0),
         named_values={other / size: name for other, name in SIZES.items() if other != size},
+        neutral=1.0,
     )
     yield _gravity_delayed(context)
 
@@ -99,11 +99,12 @@ def _gravity_delayed(context: Context) -> Hypothesis:
         GRAVITY_DELAYED,
         "gravity start",
         "gravity acts from t = {} s on",
-        lambda program, instant: replace(program, gravity_from=instant),
+        lambda program, instant: program.but(gravity_from=instant),
         tuple(sorted({*grid(min(0.002, 1e-2 * longest), longest, 9), *named_values})),
         named_values=named_values,
         rare=True,
         unit="s",
+        at_ticks=True,
     )
 
 
@@ -113,37 +114,30 @@ def damping_rates(duration: float, most: float = 4.0) -> tuple[float, ...]:
 
 
 def _damping(context: Context) -> Iterator[Hypothesis]:
-    rates = damping_rates(context.duration)
-    kinds = ("linear", "velocity", 0), ("angular", "angular velocity", 2)
-    for damping_place, when in DAMPS.items():
-        for kind, what, place in kinds:
-            yield Hypothesis(
-                f"{kind}-damping",
-                f"{kind} damping",
-                f"{kind} damping: {what} decays at {{}} /s{when}",
-                lambda program, rate, place=place, damping_place=damping_place: damped(
-                    program, {place: rate}, damping_place
-                ),
-                rates,
-                named_values=RATES,
-                variant=damping_place != AS_FORCE,
-                unit="1/s",
-            )
+    """Yield damping as a force; `scheme_hypotheses` has it at other places of a step."""
+    for kind, what, place in (("linear", "velocity", 0), ("angular", "angular velocity", 2)):
         yield Hypothesis(
-            PYBULLET_DAMPING,
-            "linear damping",
-            f"PyBullet's default damping: a = -{BULLET} (1 + |v|) v, and the same for w{when}",
-            lambda program, _, damping_place=damping_place: damped(
-                program, dict.fromkeys(BULLET_KINDS, BULLET), damping_place
-            ),
-            variant=damping_place != AS_FORCE,
+            f"{kind}-damping",
+            f"{kind} damping",
+            f"{kind} damping: {what} decays at {{}} /s",
+            lambda program, rate, place=place: damped(program, {place: rate}, AS_FORCE),
+            damping_rates(context.duration),
+            named_values=RATES,
+            unit="1/s",
+            neutral=0.0,
         )
+    yield Hypothesis(
+        PYBULLET_DAMPING,
+        "linear damping",
+        f"PyBullet's default damping: a = -{BULLET} (1 + |v|) v, and the same for w",
+        lambda program, _: damped(program, dict.fromkeys(BULLET_KINDS, BULLET), AS_FORCE),
+    )
 
 
 def damped(program: ProgramModel, rates: dict[int, float], damping_place: int) -> ProgramModel:
     """Return the program with some coefficients of `Dynamics.damping`, applied at a place of the step."""
     d0, d1, d2, d3, d4 = (rates.get(place, rate) for place, rate in enumerate(program.damping))
-    return replace(program, damping=(d0, d1, d2, d3, d4), damping_place=damping_place)
+    return program.but(damping=(d0, d1, d2, d3, d4), damping_place=damping_place)
 
 
 def _drag(context: Context) -> Iterator[Hypothesis]:
@@ -154,6 +148,8 @@ def _drag(context: Context) -> Iterator[Hypothesis]:
         ("quadratic-angular-drag", "angular damping", "quadratic angular drag: alpha = -{} |w| w", 3, "1", 1.0),
         ("drag-torque", "angular damping", "drag torque of -{} N m s times w", 4, "N m s", moment),
     ):
+        if name == "drag-torque" and float(np.ptp(context.program.moments)) == 0:
+            continue  # of equal moments it is angular damping
         yield Hypothesis(
             name,
             part,
@@ -162,6 +158,7 @@ def _drag(context: Context) -> Iterator[Hypothesis]:
             tuple(scale * rate for rate in rates),
             rare=True,
             unit=unit,
+            neutral=0.0,
         )
 
 
@@ -183,6 +180,9 @@ def _brakes(context: Context) -> Iterator[Hypothesis]:
                 named_values=RATES,
                 rare=True,
                 unit="1/s",
+                neutral=0.0,
+                unlikely=UNLIKELY,
+                vague=True,
             )
 
 
@@ -190,7 +190,7 @@ def _braked(program: ProgramModel, kind: int, axis: int, rate: float) -> Program
     axis_damping = [list(brake) for brake in program.axis_damping]
     axis_damping[kind][axis] = rate
     of_v, of_body, of_world = ((x, y, z) for x, y, z in axis_damping)
-    return replace(program, axis_damping=(of_v, of_body, of_world))
+    return program.but(axis_damping=(of_v, of_body, of_world))
 
 
 def _caps(context: Context) -> Iterator[Hypothesis]:
@@ -207,13 +207,14 @@ def _caps(context: Context) -> Iterator[Hypothesis]:
                 name,
                 name.replace("-", " "),
                 text,
-                lambda program, cap, place=place: replace(
-                    program, caps=(program.caps[0], cap) if place else (cap, program.caps[1])
+                lambda program, cap, place=place: program.but(
+                    caps=(program.caps[0], cap) if place else (cap, program.caps[1])
                 ),
                 tuple(np.linspace(0.05, 1.0, 12) * fastest),
                 named_values={cap: name for cap, name in named_values.items() if cap < fastest},
                 rare=True,
                 unit="rad/s" if place else "m/s",
+                limits="spin" if place else "velocity",
             )
 
 
@@ -227,7 +228,5 @@ def _left_out(context: Context) -> Iterator[Hypothesis]:
             f"{law.name.replace(' ', '-')}-missing",
             law.name,
             f"{law.name} missing",
-            lambda program, _, part=law.part, rest=rest: replace(
-                program, forces=program.forces._replace(**{part: rest})
-            ),
+            lambda program, _, part=law.part, rest=rest: program.but(forces=program.forces._replace(**{part: rest})),
         )

@@ -71,7 +71,7 @@ def impulses(context: Context) -> Iterator[Hypothesis]:
 def _accelerated_from_rest(program: ProgramModel, seconds: float) -> ProgramModel:
     start = program.start.copy()
     start[7:10] = 0.0
-    return replace(program, start=start, gravity=program.gravity + program.start[7:10] / seconds)
+    return program.but(start=start, gravity=program.gravity + program.start[7:10] / seconds)
 
 
 def _lasting(context: Context) -> Iterator[Hypothesis]:
@@ -133,14 +133,14 @@ def _levers(context: Context) -> Iterator[Hypothesis]:
         "impulse-linear-part-missing",
         "strength",
         "impulse rotates the body but does not change the velocity of its centre of mass",
-        lambda program, _: _applied(program, moves=False),
+        lambda program, _: _applied(program, moves=0.0),
         rare=True,
     )
     yield Hypothesis(
         "impulse-torque-in-body-axes",
         "lever",
         "torque of the impulse taken in body axes: I^-1 (r x J) without a rotation",
-        lambda program, _: replace(program, impulse_tensor=TORQUE_UNTURNED),
+        lambda program, _: program.but(impulse_tensor=TORQUE_UNTURNED),
         rare=True,
     )
     if any(_differs_in_body_axes(impulse, program) for impulse in program.impulses):
@@ -179,7 +179,7 @@ def _all_at(program: ProgramModel, point_body: Array) -> bool:
 
 def _all_moved_to(program: ProgramModel, point_body: Array) -> ProgramModel:
     moved = (replace(impulse, point_world=None, point_body=point_body) for impulse in program.impulses)
-    return replace(program, impulses=tuple(moved))
+    return program.but(impulses=tuple(moved))
 
 
 def _strengths(context: Context) -> Iterator[Hypothesis]:
@@ -197,7 +197,7 @@ def _strengths(context: Context) -> Iterator[Hypothesis]:
             "mass-missing",
             "strength",
             "impulse not divided by the mass: v += J",
-            lambda program, _: replace(program, mass=1.0),
+            lambda program, _: _applied(program, moves=program.mass),
         )
     sizes = {1e-3: GRAMS[1e3], 1e3: GRAMS[1e-3], 1 / mass: "1/m", mass: "m"}
     steps = {step: f"a step of {name}" for step, name in STEPS.items()}
@@ -210,6 +210,7 @@ def _strengths(context: Context) -> Iterator[Hypothesis]:
         grid(1e-4, 1e4, 49),
         named_values={size: name for size, name in (steps | sizes).items() if size != 1.0},
         rare=True,
+        neutral=1.0,
     )
     lengths = [float(np.linalg.norm(impulse.value)) for impulse in context.program.impulses]
     if len(lengths) > 1 and not np.allclose(lengths, lengths[0]):
@@ -221,17 +222,18 @@ def _strengths(context: Context) -> Iterator[Hypothesis]:
             "impulses-normalised",
             "strength",
             "impulses normalised to 1 N s",
-            lambda program, _: replace(program, impulses=unit),
+            lambda program, _: program.but(impulses=unit),
             rare=True,
         )
     yield Hypothesis(
         "wrong-mass",
         "mass",
         "impulse divided by {} times the mass in the scene, with the right inertia",
-        lambda program, factor: replace(program, mass=factor * program.mass),
+        lambda program, factor: _applied(program, moves=1.0 / factor),
         grid(1e-3, 1e3, 37),
         named_values=GRAMS,
         rare=True,
+        neutral=1.0,
     )
 
 
@@ -249,6 +251,8 @@ def _one_impulse(context: Context, number: int, impulse: Impulse) -> Iterator[Hy
         named_values={step: name for step, name in STEPS.items() if step < times[-1]},
         rare=True,
         unit="s",
+        at_ticks=True,
+        neutral=0.0,
     )
     if not several:
         return
@@ -268,6 +272,7 @@ def _one_impulse(context: Context, number: int, impulse: Impulse) -> Iterator[Hy
         lambda program, factor: _changed(program, number, factor=factor),
         grid(1e-3, 1e3, 25),
         rare=True,
+        neutral=1.0,
     )
     yield from _one_lever(context, number, impulse, which)
 
@@ -278,11 +283,11 @@ def _one_lever(context: Context, number: int, impulse: Impulse, which: str) -> I
     row = program.simulate(np.array([impulse.time]), FINE)[0]  # an impulse does not change the pose
     x, axes = row[0:3], row[3:12].reshape(3, 3)
     at = axes.T @ (impulse.point_world - x) if impulse.point_body is None else impulse.point_body
-    first = rotation_matrix(program.start[3:7])
+    first, file_axes = rotation_matrix(program.start[3:7]), rotation_matrix(program.body.file_axes)
     for name, point in {
         "at-centre-of-mass": np.zeros(3),
         "lever-reversed": -at,
-        "lever-not-rotated": axes.T @ at,
+        "lever-not-rotated": axes.T @ file_axes.T @ at,
         "lever-from-start-attitude": axes.T @ first @ at,
         "lever-from-origin": at + axes.T @ x,
     }.items():
@@ -294,7 +299,7 @@ def _one_lever(context: Context, number: int, impulse: Impulse, which: str) -> I
                 lambda program, _, point=point: _changed(program, number, point=point),
                 rare=True,
             )
-    value = axes @ impulse.value
+    value = axes @ file_axes @ impulse.value
     if not np.allclose(value, impulse.value):
         name, text = IN_BODY_AXES
         yield Hypothesis(
@@ -320,13 +325,13 @@ def _one_lever(context: Context, number: int, impulse: Impulse, which: str) -> I
 
 def _differs_in_body_axes(impulse: Impulse, program: ProgramModel) -> bool:
     """Whether an impulse in body axes would be a different one."""
-    axes = program.simulate(np.array([impulse.time]))[0, 3:12].reshape(3, 3)
+    axes = program.simulate(np.array([impulse.time]))[0, 3:12].reshape(3, 3) @ rotation_matrix(program.body.file_axes)
     return not np.allclose(axes @ impulse.value, impulse.value)
 
 
 def _applied(program: ProgramModel, **changes: object) -> ProgramModel:
     """Return the program with all impulses applied differently: fields of ImpulseApplication."""
-    return replace(program, application=program.application._replace(**changes))  # type: ignore[arg-type]
+    return program.but(application=program.application._replace(**changes))  # type: ignore[arg-type]
 
 
 def _changed(
@@ -342,4 +347,4 @@ def _changed(
     old = impulses[number]
     new = replace(old, time=old.time + late, value=factor * (old.value if value is None else value))
     impulses[number] = new if point is None else replace(new, point_world=None, point_body=point)
-    return replace(program, impulses=tuple(sorted(impulses, key=lambda impulse: impulse.time)))
+    return program.but(impulses=tuple(sorted(impulses, key=lambda impulse: impulse.time)))

@@ -1,13 +1,20 @@
 """Mistakes in the output: numbers in another order, an inverse, another centre, other axes."""
 
 from collections.abc import Iterator, Sequence
+from itertools import product
 
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice, grid
 from tumble.compare.grade.hypotheses.mistakes.axes import axis_names, signed_permutations
-from tumble.compare.grade.model.program_model import OutputTransform, Pose, with_output_transform
-from tumble.scenarios.frames import Array, rotation_matrix
+from tumble.compare.grade.model.program_model import (
+    OutputTransform,
+    Pose,
+    ProgramModel,
+    output_points,
+    with_output_transform,
+)
+from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
 
 EARTH_RAD_S = 7.292115e-5
 UNITS = {
@@ -44,7 +51,7 @@ def output(context: Context) -> Iterator[Hypothesis]:
         "rotation-about-origin",
         "pivot",
         "vertex not relative to the centre of mass: the body rotates about the world's origin",
-        lambda program, _: with_output_transform(program, _about_origin(program.start)),
+        lambda program, _: with_output_transform(program, _about_origin(program)),
     )
     yield from _logged_points(context)
     yield from _length_units(context)
@@ -88,17 +95,18 @@ def _quaternion_orders() -> Iterator[Hypothesis]:
 
 def _logged_points(context: Context) -> Iterator[Hypothesis]:
     """Yield that another point of the body was logged instead of the centre of mass."""
-    points = context.scene.body.points
-    if context.offset is not None:
-        offset = context.offset
+    points = output_points(context.scene.body)
+    if context.has_centre:
         yield Hypothesis(
             "constant-offset-in-body-axes",
             "logged point",
-            f"the point ({', '.join(f'{value:.4g}' for value in offset)}) m in body axes logged "
-            "instead of the centre of mass",
-            lambda program, _: with_output_transform(program, _with_offset(offset)),
+            "the point ({}) m in body axes logged instead of the centre of mass",
+            lambda program, at: with_output_transform(program, _with_offset(np.array(at))),
+            ((0.0, 0.0, 0.0),),
             rare=True,
-            from_data=3,
+            unit="m",
+            scale=float(np.abs(points).max()),
+            vague=True,
         )
     if context.kind == "vertices" or len(points) != BOX_CORNERS:
         return
@@ -147,7 +155,7 @@ def _length_units(context: Context) -> Iterator[Hypothesis]:
 
 def _half_converted(context: Context) -> Iterator[Hypothesis]:
     """Yield that only the position, or only the attitude, was converted to other axes."""
-    if context.kind == "vertices":
+    if not context.has_centre:
         return
     for name, text, centre in (
         ("position-only-in-wrong-axes", "position, but not attitude, in wrong axes: x y z replaced by {}", True),
@@ -178,7 +186,7 @@ def _partly_in_axes(names: Array, centre: bool) -> OutputTransform:
 def _wrong_body_axes(context: Context) -> Iterator[Hypothesis]:
     """Yield that the body has other axes: the vertices of its mirror image, or permuted edges."""
     determinants = (-1, 1) if context.kind == "vertices" else (1,)
-    points = context.scene.body.points
+    points = output_points(context.scene.body)
     matrices = [names for determinant in determinants for names in signed_permutations(determinant)]
     # A box is its own mirror image except for the numbers of its vertices.
     matrices = [names for names in matrices if not np.allclose(points @ names.T, points)]
@@ -208,19 +216,26 @@ def _rotating_axes(context: Context) -> Iterator[Hypothesis]:
             (*(-rate for rate in reversed(rates)), *rates),
             named_values={EARTH_RAD_S: "the Earth", -EARTH_RAD_S: "the Earth, reversed"},
             unit="rad/s",
+            neutral=0.0,
+            vague=True,
         )
 
 
 def _wrong_axes(context: Context) -> Iterator[Hypothesis]:
-    for name, text, determinant in (
-        ("left-handed-axes", "left-handed axes: x y z replaced by {}", -1),
-        ("wrong-axes", "wrong axes: x y z replaced by {}", 1),
+    # Vertices may be converted themselves, or computed from a pose that was.
+    of_vertices = (("", True), (", before the vertices are computed", False))
+    for (name, text, determinant), (when, is_of_vertices) in product(
+        (
+            ("left-handed-axes", "left-handed axes: x y z replaced by {}", -1),
+            ("wrong-axes", "wrong axes: x y z replaced by {}", 1),
+        ),
+        of_vertices if context.kind == "vertices" else (("", False),),
     ):
-        renamings = [_in_axes(axes, context.kind == "vertices") for axes in signed_permutations(determinant)]
+        renamings = [_in_axes(axes, is_of_vertices) for axes in signed_permutations(determinant)]
         yield Hypothesis(
             name,
             "axes",
-            text,
+            text + when,
             lambda program, number, renamings=renamings: with_output_transform(program, renamings[int(number)]),
             choice(len(renamings)),
             tuple(map(axis_names, signed_permutations(determinant))),
@@ -254,9 +269,10 @@ def _inverted(pose: Pose) -> Pose:
     return pose._replace(axes=np.swapaxes(pose.axes, 1, 2))
 
 
-def _about_origin(start: Array) -> OutputTransform:
+def _about_origin(program: ProgramModel) -> OutputTransform:
     """Return a pose that rotates about the origin: x(t) = R(t) R(0)^T x(0) + displacement."""
-    at_first = rotation_matrix(start[3:7]).T @ start[0:3]
+    start = program.start
+    at_first = rotation_matrix(quaternion_product(start[3:7], program.body.file_axes)).T @ start[0:3]
     return lambda pose: pose._replace(x=pose.axes @ at_first + pose.x - start[0:3])
 
 

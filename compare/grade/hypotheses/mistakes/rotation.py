@@ -1,7 +1,6 @@
 """Mistakes with inertia, Euler's equations and the angular velocity."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import permutations, product
 
 import numpy as np
@@ -10,18 +9,23 @@ from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choi
 from tumble.compare.grade.hypotheses.names import GYROSCOPIC_TERM_MISSING
 from tumble.compare.grade.model.kernel.dynamics import (
     FROZEN,
+    IN_BODY,
+    IN_WORLD,
     MIXED_BODY,
-    MIXED_MOMENTUM,
     MIXED_WORLD,
+    MOMENTUM,
     NEVER_TURNED,
     TURNED_BACK,
 )
 from tumble.compare.grade.model.program_model import ProgramModel
-from tumble.scenarios.frames import rotation_matrix
+from tumble.scenarios.frames import quaternion_product, rotation_matrix
 
 DEGREE = np.pi / 180
 # An inertia larger or smaller than this factor is rare.
 FAR = 31.6
+# Weight that it costs to assume a sphere: without impulses it moves as without the gyroscopic term, which is left out
+# by many.
+UNUSUAL = 8.0
 
 
 def rotation(context: Context) -> Iterator[Hypothesis]:
@@ -46,11 +50,12 @@ def _inertia_size() -> Iterator[Hypothesis]:
             "wrong-inertia",
             "inertia size",
             "inertia {} times its value",
-            lambda program, factor: replace(program, moments=factor * program.moments),
+            lambda program, factor: program.but(moments=factor * program.moments),
             values,
             named_values={} if is_far else {0.25: "half edges used as edges", 4.0: "edges used as half edges"},
             rare=is_far,
             variant=is_far,
+            neutral=None if is_far else 1.0,
         )
 
 
@@ -70,8 +75,8 @@ def _attitude_rate() -> Iterator[Hypothesis]:
             name,
             "turning",
             text + stored,
-            lambda program, _, factor=factor, gyroscopic=factor if keeps_momentum else 1.0: replace(
-                program, attitude_rate_factor=factor, gyroscopic=gyroscopic * program.gyroscopic
+            lambda program, _, factor=factor, stored=MOMENTUM if keeps_momentum else IN_BODY: program.but(
+                attitude_rate_factor=factor, scheme=program.scheme._replace(stored=stored)
             ),
             rare=True,
             variant=keeps_momentum,
@@ -82,15 +87,17 @@ def _frames(context: Context) -> Iterator[Hypothesis]:
     """Yield that the attitude is rotated by w in the wrong frame; results differ if the program stores w or L."""
     world = "attitude rotated with Q w~, but w is in world axes: use w~ Q"
     body = "attitude rotated with w~ Q, but w is in body axes: use Q w~"
-    variants = [(world, MIXED_MOMENTUM), (body, MIXED_BODY)]
+    variants = [(world, MIXED_WORLD, MOMENTUM), (body, MIXED_BODY, IN_BODY)]
     if np.ptp(context.program.moments) > 0:
-        variants.append((f"{world} (w by Euler's equations)", MIXED_WORLD))
-    for text, frame_mixup in variants:
+        variants.append((f"{world} (w by Euler's equations)", MIXED_WORLD, IN_WORLD))
+    for text, frame_mixup, stored in variants:
         yield Hypothesis(
             "angular-velocity-in-wrong-frame",
             "frame",
             text,
-            lambda program, _, frame_mixup=frame_mixup: replace(program, frame_mixup=frame_mixup),
+            lambda program, _, frame_mixup=frame_mixup, stored=stored: program.but(
+                frame_mixup=frame_mixup, scheme=program.scheme._replace(stored=stored)
+            ),
         )
 
 
@@ -100,14 +107,15 @@ def _unequal_moments(context: Context) -> Iterator[Hypothesis]:
         "spherical-inertia",
         "inertia",
         "inertia of a sphere: three equal moments",
-        lambda program, _: replace(program, moments=np.full(3, program.moments.mean())),
+        lambda program, _: program.but(moments=np.full(3, program.moments.mean())),
+        unlikely=UNUSUAL,
     )
     orders = [order for order in permutations(range(3)) if (moments[list(order)] != moments).any()]
     yield Hypothesis(
         "inertia-axes-permuted",
         "inertia",
         "moments of inertia permuted: x y z have those of {}",
-        lambda program, number: replace(program, moments=program.moments[list(orders[int(number)])]),
+        lambda program, number: program.but(moments=program.moments[list(orders[int(number)])]),
         choice(len(orders)),
         tuple(" ".join("xyz"[axis] for axis in order) for order in orders),
     )
@@ -124,7 +132,7 @@ def _unequal_moments(context: Context) -> Iterator[Hypothesis]:
             name,
             "inertia axes",
             text,
-            lambda program, _, tensor=tensor: replace(program, tensor=tensor, impulse_tensor=tensor),
+            lambda program, _, tensor=tensor: program.but(tensor=tensor, impulse_tensor=tensor),
             rare=True,
         )
     if program.impulses:
@@ -137,14 +145,14 @@ def _unequal_moments(context: Context) -> Iterator[Hypothesis]:
                 name,
                 "inertia axes",
                 f"inertia tensor {text} for an impulse",
-                lambda program, _, tensor=tensor: replace(program, impulse_tensor=tensor),
+                lambda program, _, tensor=tensor: program.but(impulse_tensor=tensor),
                 rare=True,
             )
     yield Hypothesis(
         "inertia-inverted",
         "inertia",
         "inertia used as its inverse",
-        lambda program, _: replace(program, moments=1.0 / program.moments),
+        lambda program, _: program.but(moments=1.0 / program.moments),
         rare=True,
     )
     yield gyroscopic_term_missing()
@@ -152,7 +160,7 @@ def _unequal_moments(context: Context) -> Iterator[Hypothesis]:
         "gyroscopic-term-reversed",
         "gyroscopic",
         "gyroscopic term has the wrong sign",
-        lambda program, _: replace(program, gyroscopic=-1.0),
+        lambda program, _: program.but(gyroscopic=-1.0),
     )
 
 
@@ -162,7 +170,7 @@ def gyroscopic_term_missing() -> Hypothesis:
         GYROSCOPIC_TERM_MISSING,
         "gyroscopic",
         "gyroscopic term missing: the angular velocity stays constant",
-        lambda program, _: replace(program, gyroscopic=0.0),
+        lambda program, _: program.but(gyroscopic=0.0),
     )
 
 
@@ -182,11 +190,11 @@ def _start_spin(program: ProgramModel) -> Iterator[Hypothesis]:
 
 def _in_body(program: ProgramModel, _: float) -> ProgramModel:
     start = program.start.copy()
-    start[10:13] = rotation_matrix(start[3:7]) @ start[10:13]
-    return replace(program, start=start)
+    start[10:13] = rotation_matrix(quaternion_product(start[3:7], program.body.file_axes)) @ start[10:13]
+    return program.but(start=start)
 
 
 def _spun(program: ProgramModel, factor: float) -> ProgramModel:
     start = program.start.copy()
     start[10:13] *= factor
-    return replace(program, start=start)
+    return program.but(start=start)

@@ -1,28 +1,28 @@
 """Mistakes with the start: not set, set in other axes, or different from the scene."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice
 from tumble.compare.grade.hypotheses.mistakes.axes import axis_names, signed_permutations
 from tumble.compare.grade.model.program_model import ProgramModel
-from tumble.scenarios.frames import Array, rotation_matrix
+from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
 
 POSITION, ATTITUDE, VELOCITY, SPIN = slice(0, 3), slice(3, 7), slice(7, 10), slice(10, 13)
-UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 INVERSE = np.array([1.0, -1.0, -1.0, -1.0])
 
 
 def start(context: Context) -> Iterator[Hypothesis]:
     """Yield wrong initial states, those that differ from the scene's."""
     program, first = context.program, context.first
-    turn = rotation_matrix(program.start[ATTITUDE])
+    file_axes = program.body.file_axes
+    attitude = quaternion_product(program.start[ATTITUDE], file_axes)
+    turn = rotation_matrix(attitude)
     changes: list[tuple[str, str, str, slice, Array]] = [
         ("start-velocity-missing", "start velocity", "start velocity not set", VELOCITY, np.zeros(3)),
         ("start-spin-missing", "spin", "start angular velocity not set", SPIN, np.zeros(3)),
-        ("start-attitude-missing", "start attitude", "start attitude not set", ATTITUDE, UNTURNED),
+        ("start-attitude-missing", "start attitude", "start attitude not set", ATTITUDE, INVERSE * file_axes),
         ("start-position-missing", "start position", "start position not set", POSITION, np.zeros(3)),
     ]
     for name, part, what, place in (
@@ -37,7 +37,7 @@ def start(context: Context) -> Iterator[Hypothesis]:
     velocity = program.start[VELOCITY]
     text = "start velocity taken in body axes"
     changes.append(("start-velocity-in-body-axes", "start velocity", text, VELOCITY, turn @ velocity))
-    inverse = INVERSE * program.start[ATTITUDE]
+    inverse = quaternion_product(INVERSE * attitude, INVERSE * file_axes)
     changes.append(("start-attitude-inverted", "start attitude", "start attitude inverted", ATTITUDE, inverse))
     if first is not None:
         x, q = first[:3], first[3:]
@@ -45,26 +45,42 @@ def start(context: Context) -> Iterator[Hypothesis]:
         changes.append(("wrong-start-position", "start position", text, POSITION, x))
         text = f"start attitude {_numbers(q)} differs from the scene"
         changes.append(("wrong-start-attitude", "start attitude", text, ATTITUDE, q))
-    if context.drift is not None and context.drift[0].any():
-        velocity = program.start[VELOCITY] + context.drift[0]
-        text = f"start velocity {_numbers(velocity)} m/s differs from the scene"
-        changes.append(("wrong-start-velocity", "start velocity", text, VELOCITY, velocity))
     for name, part, text, place, value in changes:
         if _differs(program.start[place], value, place):
             from_data = 3 if name.startswith("wrong") else 0
             yield Hypothesis(name, part, text, _set(place, value), rare=True, from_data=from_data)
+    if context.has_centre:
+        size = float(np.linalg.norm(np.ptp(context.scene.body.points, axis=0)))
+        yield Hypothesis(
+            "wrong-start-velocity",
+            "start velocity",
+            "start velocity ({}) m/s differs from the scene",
+            lambda program, velocity: _set(VELOCITY, np.array(velocity))(program, 0.0),
+            (tuple(velocity.tolist()),),
+            rare=True,
+            unit="m/s",
+            scale=float(np.linalg.norm(velocity)) + size / context.duration,
+            vague=True,
+        )
     yield from _in_other_axes(program)
 
 
 def _in_other_axes(program: ProgramModel) -> Iterator[Hypothesis]:
     """Yield that a part of the start was converted to other axes, for example from y up to z up."""
     renamings = [*signed_permutations(1), *signed_permutations(-1)]
-    q = program.start[ATTITUDE]
+    file_axes = program.body.file_axes
+    q = quaternion_product(program.start[ATTITUDE], file_axes)
     for name, part, what, place, values in (
         ("start-velocity", "start velocity", "velocity", VELOCITY, [a @ program.start[VELOCITY] for a in renamings]),
         ("start-spin", "spin", "angular velocity", SPIN, [a @ program.start[SPIN] for a in renamings]),
         # An attitude in mirrored axes equals one in other axes without a mirror: the rotation axis is reversed as well.
-        ("start-attitude", "start attitude", "attitude", ATTITUDE, [_renamed(a, q) for a in signed_permutations(1)]),
+        (
+            "start-attitude",
+            "start attitude",
+            "attitude",
+            ATTITUDE,
+            [quaternion_product(_renamed(a, q), INVERSE * file_axes) for a in signed_permutations(1)],
+        ),
     ):
         others = [number for number, value in enumerate(values) if _differs(program.start[place], value, place)]
         if others:
@@ -89,7 +105,7 @@ def _set(place: slice, value: Array) -> Callable[[ProgramModel, float], ProgramM
     def change(program: ProgramModel, _: float) -> ProgramModel:
         state = program.start.copy()
         state[place] = value
-        return replace(program, start=state)
+        return program.but(start=state)
 
     return change
 

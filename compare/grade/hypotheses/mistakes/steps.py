@@ -6,13 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice, grid
-from tumble.compare.grade.hypotheses.names import SYMPLECTIC_EULER, VELOCITY_IN_BODY_AXES
+from tumble.compare.grade.hypotheses.names import SPIN_RECOVERED, VELOCITY_IN_BODY_AXES
 from tumble.compare.grade.model.kernel.dynamics import (
     ALONG_SCREW,
     EXPLICIT,
-    EXPONENTIAL,
     HEUN,
-    IMPLICIT,
+    IN_BODY,
     IN_BODY_AXES,
     IN_WORLD,
     MATRIX,
@@ -20,11 +19,12 @@ from tumble.compare.grade.model.kernel.dynamics import (
     ORDER_2,
     ORDER_3,
     ORDER_4,
-    QUATERNION,
+    RALSTON,
     RUNGE_KUTTA,
+    SHU_OSHER,
     SMOOTH,
+    THREE_EIGHTHS,
     VERLET,
-    WORLD,
     Scheme,
 )
 from tumble.compare.grade.model.program_model import ProgramModel
@@ -35,9 +35,11 @@ MOST_STEPS, MOST_KNOWN_STEPS = 5_000, 10_000
 TRIED, RANGE = 7, 200
 RARELY = (2, 3, 4, 5, 8, 10, 16, 20, 25, 30, 32, 50, 60, 64, 100, 120, 128, 240, 500, 1000)
 METHODS = {
-    "midpoint": ("midpoint method", ORDER_2), "heun": ("Heun's method", HEUN),
-    "velocity-verlet": ("velocity Verlet", VERLET),
-    "runge-kutta-3": ("Runge-Kutta of order 3", ORDER_3), "runge-kutta-4": ("Runge-Kutta of order 4", ORDER_4),
+    "runge-kutta-4": ("Runge-Kutta of order 4", ORDER_4, 0.0), "midpoint": ("midpoint method", ORDER_2, 1.0),
+    "heun": ("Heun's method", HEUN, 1.0), "velocity-verlet": ("velocity Verlet", VERLET, 1.0),
+    "runge-kutta-3": ("Runge-Kutta of order 3", ORDER_3, 2.0), "ralston": ("Ralston's method", RALSTON, 3.0),
+    "runge-kutta-3-shu-osher": ("Shu and Osher's Runge-Kutta of order 3", SHU_OSHER, 3.0),
+    "runge-kutta-4-three-eighths": ("Runge-Kutta of order 4 by the three-eighths rule", THREE_EIGHTHS, 3.0),
 }  # fmt: skip
 WORLD_AXES = ", w in world axes"
 VELOCITY_AXES = {
@@ -57,47 +59,37 @@ def steps(context: Context) -> Iterator[Hypothesis]:
     """
     if _longest(context) * MOST_KNOWN_STEPS < context.duration:
         return  # rows are too dense to simulate a step between them
-    explicit, symplectic = "explicit Euler with a step of {} s", "symplectic Euler with a step of {} s"
     equal = np.ptp(context.program.moments) == 0
-    for attitude, update in ((QUATERNION, ""), (EXPONENTIAL, EXACT)):
-        for spin, stored in ((WORLD, ""), (EXPLICIT, BODY), (MOMENTUM, CONSERVED))[: 1 if equal else 3]:
-            yield _euler(
-                context, "explicit-euler", explicit + stored + update, attitude, spin, variant=bool(stored or update)
-            )
-    for attitude, update in ((EXPONENTIAL, ""), (QUATERNION, FIRST_ORDER)):
-        for spin, stored in ((EXPLICIT, ""), (MOMENTUM, CONSERVED), (IMPLICIT, IMPLICITLY))[: 1 if equal else 3]:
-            yield _euler(
-                context,
-                SYMPLECTIC_EULER,
-                symplectic + stored + update,
-                attitude,
-                spin,
-                symplectic=True,
-                variant=bool(stored or update),
-            )
-    for spin, stored in ((WORLD, ""), (EXPLICIT, BODY), (MOMENTUM, CONSERVED))[: 1 if equal else 3]:
-        never = f"{explicit}{stored}, quaternion never normalised"
-        yield _euler(
-            context, "quaternion-never-normalised", never, QUATERNION, spin, normalise_every=0, variant=bool(stored)
-        )
     if context.kind != "pose":
         shears = "explicit Euler on the rotation matrix with a step of {} s: the shape is not rigid"
-        yield _euler(context, "matrix-euler", shears, MATRIX, MOMENTUM)
-    kinds = [(name, title, method, "") for name, (title, method) in METHODS.items()]
-    kinds += [(name, title, kind + IN_WORLD, WORLD_AXES) for name, (title, kind) in METHODS.items() if kind != VERLET]
-    for name, title, method, axes in kinds:
+        yield _euler(context, "matrix-euler", shears, MATRIX, EXPLICIT, MOMENTUM)
+    kinds = [
+        (name, title, method, unlikely, stored, text)
+        for stored, text in ((IN_BODY, ""), (IN_WORLD, WORLD_AXES), (MOMENTUM, CONSERVED))[: 2 if equal else 3]
+        for name, (title, method, unlikely) in METHODS.items()
+        if method != VERLET or stored == IN_BODY
+    ]
+    for name, title, method, unlikely, stored, axes in kinds:
         text = f"{title} with a step of {{}} s{axes}"
-        hypothesis = _euler(context, name, text, RUNGE_KUTTA, method, variant=bool(axes))
+        hypothesis = _euler(context, name, text, RUNGE_KUTTA, method, stored, variant=bool(axes))
         # The error is so small that any step would fit, so only usual steps are tried.
         if hypothesis.named_values:
-            yield replace(hypothesis, rare=True, values=tuple(sorted(hypothesis.named_values)), only_named=True)
+            values = tuple(sorted(hypothesis.named_values))
+            yield replace(hypothesis, rare=True, values=values, only_named=True, unlikely=unlikely)
     yield Hypothesis(
         "quaternion-rarely-normalised",
         "normalisation",
         "quaternion normalised only every {} steps",
-        lambda program, number: replace(program, scheme=program.scheme._replace(normalise_every=RARELY[int(number)])),
+        lambda program, number: program.but(scheme=program.scheme._replace(normalise_every=RARELY[int(number)])),
         choice(len(RARELY)),
         tuple(map(str, RARELY)),
+        rare=True,
+    )
+    yield Hypothesis(
+        SPIN_RECOVERED,
+        "stored spin",
+        "angular velocity taken from the attitudes before and after a step, 2 Im(q' q*)/dt",
+        lambda program, _: program.but(scheme=program.scheme._replace(recovers=True)),
         rare=True,
     )
     yield from _position_updates(context)
@@ -110,6 +102,7 @@ def _euler(
     text: str,
     attitude: int,
     spin: int,
+    stored: int,
     symplectic: bool = False,
     normalise_every: int = 1,
     variant: bool = False,
@@ -120,8 +113,8 @@ def _euler(
         name,
         "steps",
         text,
-        lambda program, step: replace(
-            program, scheme=Scheme(step, attitude, spin, symplectic, 1.0 if symplectic else 0.0, normalise_every)
+        lambda program, step: program.but(
+            scheme=Scheme(step, attitude, spin, symplectic, 1.0 if symplectic else 0.0, normalise_every, stored=stored),
         ),
         grid(min(shortest, longest / 2), longest, TRIED),
         named_values={
@@ -154,7 +147,7 @@ def velocity_in_body_axes(axes: int) -> Hypothesis:
         VELOCITY_IN_BODY_AXES,
         "velocity axes",
         f"velocity of the centre stored in body axes, with -w x v by a step, {text}",
-        lambda program, _: replace(program, scheme=program.scheme._replace(velocity_axes=axes)),
+        lambda program, _: program.but(scheme=program.scheme._replace(velocity_axes=axes)),
         details=(("moves", moves),),
     )
 
@@ -167,7 +160,7 @@ def _position_updates(context: Context) -> Iterator[Hypothesis]:
     def updated(program: ProgramModel, change: Callable[[float], float]) -> ProgramModel:
         if program.scheme.attitude == SMOOTH:
             return program
-        return replace(program, scheme=program.scheme._replace(position_weight=change(program.scheme.position_weight)))
+        return program.but(scheme=program.scheme._replace(position_weight=change(program.scheme.position_weight)))
 
     for text, change in (
         ("by x += v dt + a dt^2/2", lambda _: 0.5),

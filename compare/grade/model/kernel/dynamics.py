@@ -19,18 +19,25 @@ Array = NDArray[np.float64]
 # in body axes; then, of a force, its lever and the row in which it began.
 EVENT = 16
 JUMP, BEGIN, END = 0.0, 1.0, 2.0
-# Update of the attitude; RUNGE_KUTTA steps the whole state by the method in `spin`.
+# Update of the attitude.  SMOOTH: none, the run is continuous; MATRIX: R to first order, never orthonormalised;
+# RUNGE_KUTTA: the whole state is stepped, by the method in `spin`.  The others rotate by a vector t of length a: by the
+# angle a; by q + q t~ / 2, an angle of 2 atan(a/2); by two terms of the exponential series; by 2 asin(a/2); by atan(a),
+# the polar decomposition of (1 + [t]) R; by Gram-Schmidt from its columns; about x, then y, then z of the world.
 SMOOTH, QUATERNION, EXPONENTIAL, MATRIX, RUNGE_KUTTA = 0, 1, 2, 3, 4
-# Runge-Kutta methods by their order, Heun's of order 2, and velocity Verlet; IN_WORLD is added if w is stored in world
-# axes, q' = w q / 2.
-ORDER_2, ORDER_3, ORDER_4, HEUN, VERLET, IN_WORLD = 2, 3, 4, 5, 6, 10
-# Update of the angular velocity: explicit gyroscopic term in body axes; stored L; one Newton step of implicit Euler; w
-# stored in world axes; explicit with |L| rescaled; (I - dt [L]) w' = L; implicit midpoint rule, with the attitude
-# rotated by the mean of the old w and the new.
-EXPLICIT, MOMENTUM, IMPLICIT, WORLD, RESCALED, BACKWARD, MIDPOINT = 0, 1, 2, 3, 4, 5, 6
-# Angular velocity that rotates the attitude: the right one; the one in world axes taken as in body axes, with L stored,
-# or w; the one in body axes taken as in world axes.
-UNMIXED, MIXED_MOMENTUM, MIXED_WORLD, MIXED_BODY = 0, 1, 2, 3
+SECOND_ORDER, HALF_ANGLE, TANGENT, GRAM_SCHMIDT, AXIS_BY_AXIS = 5, 6, 7, 8, 9
+# Methods that evaluate the rates of change several times: the midpoint rule, Kutta's of order 3, the classical one;
+# Heun's, velocity Verlet, Ralston's of order 2, Shu and Osher's of order 3, the three-eighths rule.
+ORDER_2, ORDER_3, ORDER_4, HEUN, VERLET, RALSTON, SHU_OSHER, THREE_EIGHTHS = 2, 3, 4, 5, 6, 7, 8, 9
+# Update of the angular velocity by the gyroscopic term: explicit; one Newton step of implicit Euler; explicit with |L|
+# rescaled; (I - dt [L]) w' = L; implicit midpoint rule, with the attitude rotated by the mean of the old w and the new,
+# or by the new one; explicit with the energy rescaled; implicit Euler, converged; Heun's; the classical Runge-Kutta.
+EXPLICIT, IMPLICIT, RESCALED, BACKWARD, MIDPOINT = 0, 2, 4, 5, 6
+MIDPOINT_BY_NEW, ENERGY_KEPT, CONVERGED, HEUN_SPIN, ORDER_4_SPIN = 7, 8, 9, 10, 11
+# What a program stores of the rotation: w in body axes, w in world axes, or L, which needs no gyroscopic term.
+IN_BODY, IN_WORLD, MOMENTUM = 0, 1, 2
+# Angular velocity that rotates the attitude: the right one; the one in world axes taken as in body axes; the one in
+# body axes taken as in world axes.
+UNMIXED, MIXED_WORLD, MIXED_BODY = 0, 1, 2
 # Lever of a lasting force: the torque stays constant; the point moves with the body; the point is fixed in the world.
 TORQUE_STAYS, POINT_MOVES, POINT_STAYS = 0, 1, 2
 # Levers in body axes are rotated with the body; not rotated; rotated by the start attitude.
@@ -55,8 +62,10 @@ class Dynamics(NamedTuple):
     1/m, 1/s, 1, N m s]; axis_damping: the same along single axes, of v along the world's, of w along the body's and the
     world's [1/s]; gyroscopic: factor on the gyroscopic term, 1 if right; damping_place, damping_form, frame_mixup,
     tensor, lever_motion, lever_axes: constants above; impulse_tensor: tensor for impulses; first: q at the start;
-    attitude_rate_factor: f in q' = f q w~ / 2; caps: of |v| [m/s] and |w| [rad/s]; lever: sign, share of x and a point
-    [m], for a lever sign (r - share x - point); impulse_in_body_axes: impulses are in body axes.
+    file_axes: rotation from the scene file's axes of the body, which a program has, to the principal ones here;
+    attitude_rate_factor: f in q' = f q w~ / 2; caps: of |v| [m/s] and |w| [rad/s]; caps_when_set: velocities are
+    limited when they are set, too; lever: sign, share of x and a point [m], for a lever sign (r - share x - point);
+    impulse_in_body_axes: impulses are in body axes.
     """
 
     moments: Vector
@@ -70,8 +79,10 @@ class Dynamics(NamedTuple):
     tensor: int
     impulse_tensor: int
     first: Quaternion
+    file_axes: Quaternion
     attitude_rate_factor: float
     caps: tuple[float, float]
+    caps_when_set: bool
     lever: tuple[float, float, float, float, float]
     lever_motion: int
     lever_axes: int
@@ -83,7 +94,8 @@ class Scheme(NamedTuple):
 
     symplectic: w is stepped first and rotates the attitude; position_weight: of the new velocity in the update of x,
     0 to 1; normalise_every: steps between normalisations of q, 0 for never; idle_steps: steps before gravity acts;
-    precision: of the stored state; velocity_axes: of the stored velocity of the centre.
+    precision: of the stored state; velocity_axes: of the stored velocity of the centre; stored: of the rotation;
+    recovers: w is taken from the attitudes before and after a step, as position-based dynamics does.
     """
 
     step: float
@@ -95,6 +107,8 @@ class Scheme(NamedTuple):
     idle_steps: int = 0
     precision: int = DOUBLE
     velocity_axes: int = IN_WORLD_AXES
+    stored: int = IN_BODY
+    recovers: bool = False
 
 
 class Push(NamedTuple):

@@ -10,12 +10,11 @@ from tumble.compare.grade.model.kernel.dynamics import (
     AS_FORCE,
     BEFORE_FORCES,
     BIASED,
-    EXPONENTIAL,
+    IN_BODY,
     IN_WORLD_AXES,
     LAST,
     MIDPOINT,
     MOMENTUM,
-    WORLD,
     Array,
     Dynamics,
     Motion,
@@ -24,18 +23,9 @@ from tumble.compare.grade.model.kernel.dynamics import (
 )
 from tumble.compare.grade.model.kernel.gyroscopic import carried, spun
 from tumble.compare.grade.model.kernel.rates import accelerations, attitude_rate, damped, decayed
+from tumble.compare.grade.model.kernel.turning import recovered, turned
 from tumble.solver.compilation import inner
-from tumble.solver.quaternion import (
-    Quaternion,
-    exponential,
-    norm_squared,
-    normalise,
-    plus,
-    product,
-    product_vector,
-    rotate,
-    rotate_back,
-)
+from tumble.solver.quaternion import normalise, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale
 
 HALF_SINGLE = 2.0**-24
@@ -48,15 +38,6 @@ def capped(rate: Vector, cap: float) -> Vector:
     """Return a vector no longer than a cap."""
     size = math.sqrt(dot(rate, rate))
     return scale(cap / size, rate) if size > cap else rate
-
-
-@inner
-def _turned(q: Quaternion, turn: Vector, attitude: int) -> tuple[Quaternion, float]:
-    """Return q rotated by a vector [rad], body axes, and the factor on its length in the program."""
-    if attitude == EXPONENTIAL:
-        return normalise(product(q, exponential(scale(0.5, turn)))), 1.0
-    longer = plus(q, product_vector(q, scale(0.5, turn)))
-    return normalise(longer), math.sqrt(norm_squared(longer))
 
 
 @inner
@@ -75,39 +56,37 @@ def euler_step(
     motion: Motion, dt: float, dynamics: Dynamics, push: Push, scheme: Scheme, falls: bool
 ) -> tuple[Motion, float]:
     """Return the motion after a step of dt [s], and the factor on the length of q; falls: gravity acts."""
-    turns = attitude_rate(motion.q, motion.w_body, dynamics)
     a, alpha = accelerations(motion, dynamics, push)
     if not falls and dynamics.forces.gravity is not None:
         a = add(a, scale(-1.0, dynamics.forces.gravity))
     old_v, old_w = motion.v, motion.w_body
     if dynamics.damping_place == BEFORE_FORCES:
         old_v, old_w = decayed(old_v, old_w, dt, motion.q, dynamics)
-    if dynamics.damping_place in (
-        BEFORE_FORCES,
-        AFTER_FORCES,
-    ):  # engines that damp so limit velocities when they are set or damped
+    if dynamics.caps_when_set:
         old_v, old_w = capped(old_v, dynamics.caps[0]), capped(old_w, dynamics.caps[1])
     if scheme.velocity_axes != IN_WORLD_AXES:
         a = add(a, cross(old_v, rotate(motion.q, old_w)))
-    v, w = add(old_v, scale(dt, a)), spun(motion, old_w, dt, dynamics, alpha, scheme.spin)
+    v, w = add(old_v, scale(dt, a)), spun(motion, old_w, dt, dynamics, alpha, scheme)
     if dynamics.damping_place == AS_FORCE:
         v, w = damped(v, w, dt, motion.v, motion.w_body, motion.q, dynamics)
     elif dynamics.damping_place == AFTER_FORCES:
         v, w = decayed(v, w, dt, motion.q, dynamics)
     v, w = capped(v, dynamics.caps[0]), capped(w, dynamics.caps[1])
-    moves = add(motion.v, scale(scheme.position_weight, add(v, scale(-1.0, motion.v))))
-    mean = scale(0.5, add(motion.w_body, w)) if scheme.spin == MIDPOINT else w
-    turn = scale(dt, attitude_rate(motion.q, mean, dynamics) if scheme.symplectic else turns)
+    moves = add(old_v, scale(scheme.position_weight, add(v, scale(-1.0, old_v))))
+    mean = scale(0.5, add(old_w, w)) if scheme.spin == MIDPOINT and scheme.stored != MOMENTUM else w
+    turn = scale(dt, attitude_rate(motion.q, mean if scheme.symplectic else old_w, dynamics))
     if scheme.velocity_axes == ALONG_SCREW:
-        moves = _along_screw(moves, rotate(motion.q, turn))
+        moves = _along_screw(moves, rotate(motion.q, scale(dt, w)))
     x = add(motion.x, scale(dt, moves))
-    q, growth = _turned(motion.q, turn, scheme.attitude)
+    q, growth = turned(motion.q, turn, scheme.attitude, dynamics.file_axes)
     if scheme.velocity_axes != IN_WORLD_AXES:
         v = rotate(q, rotate_back(motion.q, v))
-    if scheme.spin == MOMENTUM:
+    if scheme.stored == MOMENTUM:
         w = carried(motion.q, q, w, dynamics)
-    elif scheme.spin == WORLD:
+    elif scheme.stored != IN_BODY:
         w = rotate_back(q, rotate(motion.q, w))
+    if scheme.recovers:
+        w = recovered(motion.q, q, dt)
     if dynamics.damping_place == LAST:
         v, w = decayed(v, w, dt, q, dynamics)
     return Motion(x, q, v, w), growth

@@ -19,41 +19,52 @@ from tumble.solver.vectors import Vector, add, cross, scale
 
 
 @inner
-def _lever(motion: Motion, event: Array, dynamics: Dynamics) -> Vector:
-    """Return the program's lever of an impulse, world axes."""
+def _lever(motion: Motion, event: Array, dynamics: Dynamics, length: float) -> Vector:
+    """Return the program's lever of an impulse, world axes; length: of the quaternion, which scales its matrix."""
     point = (event[8], event[9], event[10])
     if event[11] != 0.0:
         if dynamics.lever_axes == AS_THE_BODY:
-            point = rotate(motion.q, point)
+            point = scale(length * length, rotate(motion.q, point))
         elif dynamics.lever_axes == AS_AT_THE_START:
             point = rotate(dynamics.first, point)
+        else:
+            point = rotate_back(dynamics.file_axes, point)
         point = add(motion.x, point)
     sign, share, x, y, z = dynamics.lever
     return scale(sign, add(point, add(scale(-share, motion.x), (-x, -y, -z))))
 
 
 @inner
-def _after_impulse(motion: Motion, dynamics: Dynamics, moves: Vector, twist: Vector) -> Motion:
-    """Return the motion after an impulse [N s] and an angular one [N m s], world axes."""
-    w = add(motion.w_body, angular_response(motion.q, rotate_back(motion.q, twist), dynamics, dynamics.impulse_tensor))
+def _after_impulse(motion: Motion, dynamics: Dynamics, moves: Vector, twist: Vector, length: float) -> Motion:
+    """Return the motion after an impulse [N s] and an angular one [N m s], world axes; length: of the quaternion."""
+    spins = angular_response(motion.q, rotate_back(motion.q, twist), dynamics, dynamics.impulse_tensor)
+    w = add(motion.w_body, scale(length**4, spins))
     return Motion(motion.x, motion.q, add(motion.v, scale(1.0 / dynamics.forces.mass, moves)), w)
 
 
 @inner
-def happen(motion: Motion, push: Push, events: Array, number: int, dynamics: Dynamics) -> tuple[Motion, Push, Vector]:
+def _as_in_body(motion: Motion, impulse: Vector, dynamics: Dynamics) -> Vector:
+    """Return an impulse whose components are taken in the file's axes of the body, world axes."""
+    return rotate(motion.q, rotate(dynamics.file_axes, impulse))
+
+
+@inner
+def happen(
+    motion: Motion, push: Push, events: Array, number: int, dynamics: Dynamics, length: float
+) -> tuple[Motion, Push, Vector]:
     """Return motion and lasting forces after an event, and the jump of the angular momentum, world axes."""
     event = events[number]
     moves, turns = (event[2], event[3], event[4]), (event[5], event[6], event[7])
     nothing = (0.0, 0.0, 0.0)
     if dynamics.impulse_in_body_axes and event[1] == JUMP:
-        moves, turns = rotate(motion.q, moves), rotate(motion.q, turns)
+        moves, turns = _as_in_body(motion, moves, dynamics), _as_in_body(motion, turns, dynamics)
     if event[1] == END:
         begun = events[int(event[15])]
         return motion, _pushed(push, -1, moves, turns, (begun[12], begun[13], begun[14]), dynamics), nothing
-    lever = _lever(motion, event, dynamics)
+    lever = _lever(motion, event, dynamics, length)
     if event[1] == JUMP:
         twist = cross(lever, turns)
-        return _after_impulse(motion, dynamics, moves, twist), push, twist
+        return _after_impulse(motion, dynamics, moves, twist, length), push, twist
     if dynamics.lever_motion == POINT_MOVES:
         lever = rotate_back(motion.q, lever)
     elif dynamics.lever_motion == POINT_STAYS:

@@ -4,38 +4,48 @@ import math
 
 from tumble.compare.grade.model.kernel.dynamics import (
     BACKWARD,
+    CONVERGED,
+    ENERGY_KEPT,
     EXPLICIT,
+    HEUN_SPIN,
     IMPLICIT,
     MIDPOINT,
+    MIDPOINT_BY_NEW,
+    MOMENTUM,
+    ORDER_4_SPIN,
     RESCALED,
     TURNED,
-    WORLD,
     Dynamics,
     Motion,
+    Scheme,
 )
-from tumble.compare.grade.model.kernel.rates import attitude_rate, divided, gyroscopic_rate, to_tensor
+from tumble.compare.grade.model.kernel.rates import divided, gyroscopic_rate, to_tensor
 from tumble.solver.compilation import inner
 from tumble.solver.quaternion import Quaternion, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
-# Fixed-point iterations of the midpoint rule; each reduces the error by |w| dt.
-ROUNDS = 12
+# Fixed-point iterations of the midpoint rule, each of which reduces the error by |w| dt, and Newton steps of implicit
+# Euler until it has converged.
+ROUNDS, NEWTON_STEPS = 12, 5
 
 
 @inner
-def _implicit_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
-    """Return w after the torque -w x I w, by one Newton step of implicit Euler.
+def _implicit_gyroscopic(w: Vector, dt: float, moments: Vector, steps: int) -> Vector:
+    """Return w after the torque -w x I w, by Newton steps of implicit Euler from w on.
 
-    Source: Catto, "Numerical methods" (Game Developers Conference 2015); so in Bullet's btRigidBody.
+    Source: Catto, "Numerical methods" (Game Developers Conference 2015); one step: so in Bullet's btRigidBody.
     """
     a, b, c = moments
-    momentum = times(moments, w)
-    off = scale(dt, cross(w, momentum))
-    # The derivative of I w' + dt w' x I w' at w.
-    first = (a, dt * (c - b) * w[2], dt * (c - b) * w[1])
-    second = (dt * (a - c) * w[2], b, dt * (a - c) * w[0])
-    third = (dt * (b - a) * w[1], dt * (b - a) * w[0], c)
-    return add(w, scale(-1.0, _solved(first, second, third, off)))
+    after = w
+    for _ in range(steps):
+        x, y, z = after
+        off = add(times(moments, add(after, scale(-1.0, w))), scale(dt, cross(after, times(moments, after))))
+        # The derivative of I w' + dt w' x I w'.
+        first = (a, dt * (c - b) * z, dt * (c - b) * y)
+        second = (dt * (a - c) * z, b, dt * (a - c) * x)
+        third = (dt * (b - a) * y, dt * (b - a) * x, c)
+        after = add(after, scale(-1.0, _solved(first, second, third, off)))
+    return after
 
 
 @inner
@@ -74,27 +84,66 @@ def _midpoint_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
 
 
 @inner
+def _rate(w: Vector, moments: Vector) -> Vector:
+    """Return I^-1 (L x w)."""
+    return divided(cross(times(moments, w), w), moments)
+
+
+@inner
+def _energy_kept_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
+    """Return w after an explicit step, scaled so that the energy stays."""
+    after = add(w, scale(dt, _rate(w, moments)))
+    old, new = dot(w, times(moments, w)), dot(after, times(moments, after))
+    return scale(math.sqrt(old / new), after) if new > 0.0 else w
+
+
+@inner
+def _heun_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
+    """Return w after a step of Heun's method."""
+    first = _rate(w, moments)
+    second = _rate(add(w, scale(dt, first)), moments)
+    return add(w, scale(0.5 * dt, add(first, second)))
+
+
+@inner
+def _classical_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
+    """Return w after a step of the classical Runge-Kutta method."""
+    first = _rate(w, moments)
+    second = _rate(add(w, scale(0.5 * dt, first)), moments)
+    third = _rate(add(w, scale(0.5 * dt, second)), moments)
+    fourth = _rate(add(w, scale(dt, third)), moments)
+    return add(w, scale(dt / 6.0, add(add(first, fourth), scale(2.0, add(second, third)))))
+
+
+@inner
 def _by_scheme(w: Vector, dt: float, moments: Vector, spin: int) -> Vector:
     """Return w, in the axes of the inertia tensor, after a step of the gyroscopic term by one of the schemes."""
-    if spin == IMPLICIT:
-        return _implicit_gyroscopic(w, dt, moments)
+    if spin in (IMPLICIT, CONVERGED):
+        return _implicit_gyroscopic(w, dt, moments, 1 if spin == IMPLICIT else NEWTON_STEPS)
     if spin == RESCALED:
         return _rescaled_gyroscopic(w, dt, moments)
     if spin == BACKWARD:
         return _backward_gyroscopic(w, dt, moments)
-    return _midpoint_gyroscopic(w, dt, moments) if spin == MIDPOINT else w
+    if spin in (MIDPOINT, MIDPOINT_BY_NEW):
+        return _midpoint_gyroscopic(w, dt, moments)
+    if spin == ENERGY_KEPT:
+        return _energy_kept_gyroscopic(w, dt, moments)
+    if spin == HEUN_SPIN:
+        return _heun_gyroscopic(w, dt, moments)
+    return _classical_gyroscopic(w, dt, moments) if spin == ORDER_4_SPIN else w
 
 
 @inner
-def spun(motion: Motion, w: Vector, dt: float, dynamics: Dynamics, alpha: Vector, spin: int) -> Vector:
-    """Return w_body after the torques of a step at constant attitude; with MOMENTUM, the rotation comes later."""
-    if spin in (EXPLICIT, WORLD):
-        w = add(w, scale(dt, gyroscopic_rate(motion.q, w, attitude_rate(motion.q, w, dynamics), dynamics)))
-    elif dynamics.gyroscopic == 1.0 and dynamics.tensor == TURNED:
-        w = _by_scheme(w, dt, dynamics.moments, spin)
-    elif dynamics.gyroscopic == 1.0:
-        there = to_tensor(motion.q, dynamics, dynamics.tensor)
-        w = rotate_back(there, _by_scheme(rotate(there, w), dt, dynamics.moments, spin))
+def spun(motion: Motion, w: Vector, dt: float, dynamics: Dynamics, alpha: Vector, scheme: Scheme) -> Vector:
+    """Return w_body after the torques of a step at constant attitude; if L is stored, its rotation comes later."""
+    if scheme.stored != MOMENTUM:
+        if scheme.spin == EXPLICIT or dynamics.gyroscopic not in (0.0, 1.0):
+            w = add(w, scale(dt, gyroscopic_rate(motion.q, w, dynamics)))
+        elif dynamics.gyroscopic == 1.0 and dynamics.tensor == TURNED:
+            w = _by_scheme(w, dt, dynamics.moments, scheme.spin)
+        elif dynamics.gyroscopic == 1.0:
+            there = to_tensor(motion.q, dynamics, dynamics.tensor)
+            w = rotate_back(there, _by_scheme(rotate(there, w), dt, dynamics.moments, scheme.spin))
     return add(w, scale(dt, alpha))
 
 

@@ -5,9 +5,10 @@ import math
 from tumble.compare.grade.model.kernel.dynamics import (
     EXPONENTIALLY,
     FROZEN,
+    IN_BODY,
     LINEARLY,
     MIXED_BODY,
-    MIXED_MOMENTUM,
+    MOMENTUM,
     NEVER_TURNED,
     TORQUE_UNTURNED,
     TURNED,
@@ -28,15 +29,20 @@ def attitude_rate(q: Quaternion, w_body: Vector, dynamics: Dynamics) -> Vector:
     rate = scale(dynamics.attitude_rate_factor, w_body)
     if dynamics.frame_mixup == UNMIXED:
         return rate
-    return rotate_back(q, rate) if dynamics.frame_mixup == MIXED_BODY else rotate(q, rate)
+    if dynamics.frame_mixup == MIXED_BODY:
+        return rotate_back(q, rotate_back(dynamics.file_axes, rate))
+    return rotate(dynamics.file_axes, rotate(q, rate))
 
 
 @inner
 def to_tensor(q: Quaternion, dynamics: Dynamics, tensor: int) -> Quaternion:
     """Return the rotation from body axes to those in which the program's inertia tensor is diagonal."""
-    if tensor == NEVER_TURNED:
-        return q
-    return product(conjugate(dynamics.first), q) if tensor == FROZEN else product(q, q)
+    if tensor == FROZEN:
+        return product(conjugate(dynamics.first), q)
+    unturned = product(dynamics.file_axes, q)
+    return (
+        unturned if tensor == NEVER_TURNED else product(product(dynamics.file_axes, product(q, dynamics.file_axes)), q)
+    )
 
 
 @inner
@@ -51,7 +57,7 @@ def angular_response(q: Quaternion, torque: Vector, dynamics: Dynamics, tensor: 
     if tensor == TURNED:
         return divided(torque, dynamics.moments)
     if tensor == TORQUE_UNTURNED:
-        return divided(rotate(q, torque), dynamics.moments)
+        return divided(rotate(dynamics.file_axes, rotate(q, torque)), dynamics.moments)
     there = to_tensor(q, dynamics, tensor)
     return rotate_back(there, divided(rotate(there, torque), dynamics.moments))
 
@@ -121,31 +127,38 @@ def _held(change: Vector, rate: Vector, cap: float) -> Vector:
 
 
 @inner
-def gyroscopic_rate(q: Quaternion, w_body: Vector, attitude_rate: Vector, dynamics: Dynamics) -> Vector:
-    """Return I^-1 (L x w) plus w x r if w is stored in world axes; if L is stored, I^-1 (L x r); r: attitude_rate."""
-    if dynamics.tensor != TURNED:
-        there = to_tensor(q, dynamics, dynamics.tensor)
-        w = rotate(there, w_body)
-        return rotate_back(
-            there, scale(dynamics.gyroscopic, divided(cross(times(dynamics.moments, w), w), dynamics.moments))
-        )
-    keeps_momentum = dynamics.frame_mixup == MIXED_MOMENTUM and dynamics.gyroscopic != 0.0
-    rate = scale(
-        dynamics.gyroscopic, cross(times(dynamics.moments, w_body), attitude_rate if keeps_momentum else w_body)
-    )
-    rate = divided(rate, dynamics.moments)
-    return rate if keeps_momentum or dynamics.frame_mixup == MIXED_BODY else add(rate, cross(w_body, attitude_rate))
+def gyroscopic_rate(q: Quaternion, w_body: Vector, dynamics: Dynamics) -> Vector:
+    """Return I^-1 (L x w), the gyroscopic term with the program's tensor, body axes."""
+    if dynamics.tensor == TURNED:
+        rate = divided(cross(times(dynamics.moments, w_body), w_body), dynamics.moments)
+        return scale(dynamics.gyroscopic, rate)
+    there = to_tensor(q, dynamics, dynamics.tensor)
+    w = rotate(there, w_body)
+    rate = divided(cross(times(dynamics.moments, w), w), dynamics.moments)
+    return rotate_back(there, scale(dynamics.gyroscopic, rate))
 
 
 @inner
-def slope(motion: Motion, dynamics: Dynamics, push: Push, smooth: bool) -> Motion:
-    """Return the rates of change; smooth: with the caps, which steps apply afterwards."""
+def _turned_rate(motion: Motion, turns: Vector, dynamics: Dynamics, stored: int) -> Vector:
+    """Return the rate of change of w_body without a torque, in a body that rotates with an angular velocity `turns`.
+
+    If w in world axes is stored, it is I^-1 (L x w) + w x r, r: turns; if L is stored, I^-1 (L x r).
+    """
+    w = motion.w_body
+    if stored == MOMENTUM and dynamics.gyroscopic != 0.0:
+        return divided(cross(times(dynamics.moments, w), turns), dynamics.moments)
+    rate = gyroscopic_rate(motion.q, w, dynamics)
+    return rate if stored == IN_BODY else add(rate, cross(w, turns))
+
+
+@inner
+def slope(motion: Motion, dynamics: Dynamics, push: Push, stored: int) -> Motion:
+    """Return the rates of change in a continuous run; stored: what the program stores of the rotation."""
     turns = attitude_rate(motion.q, motion.w_body, dynamics)
     a, alpha = accelerations(motion, dynamics, push)
-    alpha = add(alpha, gyroscopic_rate(motion.q, motion.w_body, turns, dynamics))
+    alpha = add(alpha, _turned_rate(motion, turns, dynamics, stored))
     a, alpha = damped(a, alpha, 1.0, motion.v, motion.w_body, motion.q, dynamics)
-    if smooth:
-        a, alpha = _held(a, motion.v, dynamics.caps[0]), _held(alpha, motion.w_body, dynamics.caps[1])
+    a, alpha = _held(a, motion.v, dynamics.caps[0]), _held(alpha, motion.w_body, dynamics.caps[1])
     return Motion(motion.v, product_vector(motion.q, scale(0.5, turns)), a, alpha)
 
 

@@ -3,85 +3,150 @@
 import math
 
 from tumble.compare.grade.model.kernel.dynamics import (
+    EXPONENTIAL,
     HEUN,
-    IN_WORLD,
+    IN_BODY,
+    MOMENTUM,
+    ORDER_2,
     ORDER_3,
     ORDER_4,
+    RALSTON,
+    SHU_OSHER,
     TURNED,
     UNMIXED,
     VERLET,
     Dynamics,
     Motion,
     Push,
+    Scheme,
 )
-from tumble.compare.grade.model.kernel.rates import along, attitude_rate, slope, twist
+from tumble.compare.grade.model.kernel.rates import (
+    accelerations,
+    along,
+    attitude_rate,
+    damped,
+    divided,
+    gyroscopic_rate,
+    slope,
+    twist,
+)
+from tumble.compare.grade.model.kernel.turning import turned
 from tumble.solver.compilation import inner
-from tumble.solver.quaternion import exponential, normalise, product, rotate, rotate_back
+from tumble.solver.quaternion import normalise, product_vector, rotate, rotate_back
 from tumble.solver.vectors import add, dot, scale, times
 
-
-@inner
-def _slope(motion: Motion, dynamics: Dynamics, push: Push, smooth: bool, in_world: bool) -> Motion:
-    """Return the rates of change; in_world: motion has w in world axes, and so is its rate."""
-    if not in_world:
-        return slope(motion, dynamics, push, smooth)
-    q = normalise(motion.q)
-    found = slope(Motion(motion.x, q, motion.v, rotate_back(q, motion.w_body)), dynamics, push, smooth)
-    x, y, z = scale(0.5, motion.w_body)
-    return Motion(found.x, product((0.0, x, y, z), motion.q), found.v, rotate(q, found.w_body))
+# Stages of an explicit method: their number, the rows of its matrix without zeros above the diagonal, and its weights.
+Tableau = tuple[int, float, tuple[float, float], tuple[float, float, float], tuple[float, float, float, float]]
 
 
 @inner
-def _classical(motion: Motion, dt: float, dynamics: Dynamics, push: Push, smooth: bool, in_world: bool) -> Motion:
-    """Return the motion dt [s] on, by the classical Runge-Kutta method of order 4."""
-    first = _slope(motion, dynamics, push, smooth, in_world)
-    second = _slope(along(motion, dt / 2.0, first), dynamics, push, smooth, in_world)
-    third = _slope(along(motion, dt / 2.0, second), dynamics, push, smooth, in_world)
-    fourth = _slope(along(motion, dt, third), dynamics, push, smooth, in_world)
-    found = along(along(motion, dt / 6.0, first), dt / 3.0, second)
-    return along(along(found, dt / 3.0, third), dt / 6.0, fourth)
-
-
-@inner
-def _lower_order(motion: Motion, dt: float, dynamics: Dynamics, push: Push, method: int, in_world: bool) -> Motion:
-    """Return the motion dt [s] on by the midpoint rule, Heun's method or Kutta's of order 3."""
-    first = _slope(motion, dynamics, push, False, in_world)
+def _tableau(method: int) -> Tableau:
+    """Return the coefficients of a method.  Source: Hairer, Norsett, Wanner I, Sec. II.1; Shu and Osher (1988)."""
+    if method == ORDER_4:
+        return 4, 1 / 2, (0.0, 1 / 2), (0.0, 0.0, 1.0), (1 / 6, 1 / 3, 1 / 3, 1 / 6)
+    if method == ORDER_2:
+        return 2, 1 / 2, (0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)
     if method == HEUN:
-        second = _slope(along(motion, dt, first), dynamics, push, False, in_world)
-        return along(along(motion, dt / 2.0, first), dt / 2.0, second)
-    second = _slope(along(motion, dt / 2.0, first), dynamics, push, False, in_world)
-    if method != ORDER_3:
-        return along(motion, dt, second)
-    third = _slope(along(along(motion, -dt, first), 2.0 * dt, second), dynamics, push, False, in_world)
-    return along(along(along(motion, dt / 6.0, first), 2.0 * dt / 3.0, second), dt / 6.0, third)
+        return 2, 1.0, (0.0, 0.0), (0.0, 0.0, 0.0), (1 / 2, 1 / 2, 0.0, 0.0)
+    if method == RALSTON:
+        return 2, 2 / 3, (0.0, 0.0), (0.0, 0.0, 0.0), (1 / 4, 3 / 4, 0.0, 0.0)
+    if method == ORDER_3:
+        return 3, 1 / 2, (-1.0, 2.0), (0.0, 0.0, 0.0), (1 / 6, 2 / 3, 1 / 6, 0.0)
+    if method == SHU_OSHER:
+        return 3, 1.0, (1 / 4, 1 / 4), (0.0, 0.0, 0.0), (1 / 6, 1 / 6, 2 / 3, 0.0)
+    return 4, 1 / 3, (-1 / 3, 1.0), (1.0, -1.0, 1.0), (1 / 8, 3 / 8, 3 / 8, 1 / 8)
+
+
+@inner
+def _stored(motion: Motion, dynamics: Dynamics, stored: int) -> Motion:
+    """Return a motion with what the program stores of the rotation, w or L in world axes, in the place of w_body."""
+    if stored == IN_BODY:
+        return motion
+    spin = times(dynamics.moments, motion.w_body) if stored == MOMENTUM else motion.w_body
+    return Motion(motion.x, motion.q, motion.v, rotate(motion.q, spin))
+
+
+@inner
+def _read(state: Motion, dynamics: Dynamics, stored: int) -> Motion:
+    """Return the motion of a state that `_stored` returned, with a unit quaternion."""
+    q = normalise(state.q)
+    if stored == IN_BODY:
+        return Motion(state.x, q, state.v, state.w_body)
+    spin = rotate_back(q, state.w_body)
+    return Motion(state.x, q, state.v, divided(spin, dynamics.moments) if stored == MOMENTUM else spin)
+
+
+@inner
+def _slope(state: Motion, dynamics: Dynamics, push: Push, stored: int) -> Motion:
+    """Return the rates of change of a state that is stored."""
+    motion = _read(state, dynamics, stored)
+    turns = attitude_rate(motion.q, motion.w_body, dynamics)
+    a, alpha = accelerations(motion, dynamics, push)
+    if stored != MOMENTUM or dynamics.gyroscopic == 0.0:
+        alpha = add(alpha, gyroscopic_rate(motion.q, motion.w_body, dynamics))
+    a, alpha = damped(a, alpha, 1.0, motion.v, motion.w_body, motion.q, dynamics)
+    if stored == MOMENTUM:
+        alpha = times(dynamics.moments, alpha)
+    if stored != IN_BODY:
+        alpha = rotate(motion.q, alpha)
+    return Motion(motion.v, product_vector(state.q, scale(0.5, turns)), a, alpha)
+
+
+@inner
+def _explicit(state: Motion, dt: float, dynamics: Dynamics, push: Push, method: int, stored: int) -> Motion:
+    """Return the state dt [s] on, by an explicit Runge-Kutta method."""
+    stages, second_row, third_row, fourth_row, weights = _tableau(method)
+    one = _slope(state, dynamics, push, stored)
+    two = _slope(along(state, dt * second_row, one), dynamics, push, stored)
+    found = along(along(state, dt * weights[0], one), dt * weights[1], two)
+    if stages == 2:
+        return found
+    three = _slope(along(along(state, dt * third_row[0], one), dt * third_row[1], two), dynamics, push, stored)
+    found = along(found, dt * weights[2], three)
+    if stages == 3:
+        return found
+    last = along(along(along(state, dt * fourth_row[0], one), dt * fourth_row[1], two), dt * fourth_row[2], three)
+    return along(found, dt * weights[3], _slope(last, dynamics, push, stored))
+
+
+@inner
+def continuous_step(motion: Motion, dt: float, dynamics: Dynamics, push: Push, stored: int) -> Motion:
+    """Return the motion dt [s] on in a run without steps of its own, by the classical method of order 4."""
+    first = slope(motion, dynamics, push, stored)
+    second = slope(along(motion, dt / 2.0, first), dynamics, push, stored)
+    third = slope(along(motion, dt / 2.0, second), dynamics, push, stored)
+    fourth = slope(along(motion, dt, third), dynamics, push, stored)
+    found = along(along(motion, dt / 6.0, first), dt / 3.0, second)
+    found = along(along(found, dt / 3.0, third), dt / 6.0, fourth)
+    return Motion(found.x, normalise(found.q), found.v, found.w_body)
+
+
+@inner
+def _kicked(motion: Motion, dt: float, dynamics: Dynamics, push: Push) -> Motion:
+    """Return a motion whose velocities have changed for dt [s]."""
+    a, alpha = accelerations(motion, dynamics, push)
+    alpha = add(alpha, gyroscopic_rate(motion.q, motion.w_body, dynamics))
+    a, alpha = damped(a, alpha, 1.0, motion.v, motion.w_body, motion.q, dynamics)
+    return Motion(motion.x, motion.q, add(motion.v, scale(dt, a)), add(motion.w_body, scale(dt, alpha)))
 
 
 @inner
 def _velocity_verlet(motion: Motion, dt: float, dynamics: Dynamics, push: Push) -> Motion:
     """Return the motion dt [s] on: half a kick, a drift by rotation about the new w, half a kick."""
-    kick = slope(motion, dynamics, push, False)
-    v, w = add(motion.v, scale(dt / 2.0, kick.v)), add(motion.w_body, scale(dt / 2.0, kick.w_body))
-    q = product(motion.q, exponential(scale(dt / 2.0, attitude_rate(motion.q, w, dynamics))))
-    drifted = Motion(add(motion.x, scale(dt, v)), normalise(q), v, w)
-    kick = slope(drifted, dynamics, push, False)
-    return Motion(drifted.x, drifted.q, add(v, scale(dt / 2.0, kick.v)), add(w, scale(dt / 2.0, kick.w_body)))
+    half = _kicked(motion, dt / 2.0, dynamics, push)
+    turn = scale(dt, attitude_rate(half.q, half.w_body, dynamics))
+    q, _ = turned(half.q, turn, EXPONENTIAL, dynamics.file_axes)
+    w = half.w_body if dynamics.frame_mixup == UNMIXED else rotate_back(q, rotate(half.q, half.w_body))
+    return _kicked(Motion(add(half.x, scale(dt, half.v)), q, half.v, w), dt / 2.0, dynamics, push)
 
 
 @inner
-def runge_kutta_step(motion: Motion, dt: float, dynamics: Dynamics, push: Push, method: int, smooth: bool) -> Motion:
-    """Return the motion dt [s] on by one of the methods of `laws`; smooth: the run is continuous."""
-    if method == VERLET:
+def runge_kutta_step(motion: Motion, dt: float, dynamics: Dynamics, push: Push, scheme: Scheme) -> Motion:
+    """Return the motion dt [s] on by the method of a scheme."""
+    if scheme.spin == VERLET:
         return _velocity_verlet(motion, dt, dynamics, push)
-    in_world = method > IN_WORLD
-    if in_world:
-        method -= IN_WORLD
-        motion = Motion(motion.x, motion.q, motion.v, rotate(motion.q, motion.w_body))
-    if method == ORDER_4:
-        found = _classical(motion, dt, dynamics, push, smooth, in_world)
-    else:
-        found = _lower_order(motion, dt, dynamics, push, method, in_world)
-    q = normalise(found.q)
-    return Motion(found.x, q, found.v, rotate_back(q, found.w_body) if in_world else found.w_body)
+    state = _stored(motion, dynamics, scheme.stored)
+    return _read(_explicit(state, dt, dynamics, push, scheme.spin, scheme.stored), dynamics, scheme.stored)
 
 
 @inner

@@ -12,7 +12,6 @@ import numpy as np
 from tumble.compare.grade.model.kernel.dynamics import (
     DOUBLE,
     MATRIX,
-    ORDER_4,
     RUNGE_KUTTA,
     SMOOTH,
     Array,
@@ -24,7 +23,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
 from tumble.compare.grade.model.kernel.euler import capped, euler_step, matrix_step, to_single
 from tumble.compare.grade.model.kernel.events import happen
 from tumble.compare.grade.model.kernel.rates import twist
-from tumble.compare.grade.model.kernel.runge_kutta import runge_kutta_step, smooth_count
+from tumble.compare.grade.model.kernel.runge_kutta import continuous_step, runge_kutta_step, smooth_count
 from tumble.solver.compilation import inner, kernel_with
 from tumble.solver.quaternion import Quaternion, normalise, rotate, rotate_back, stretch
 from tumble.solver.vectors import Vector, add, scale, times
@@ -53,6 +52,13 @@ def _write(row: Array, motion: Motion, q: Quaternion, columns: Array, w_matrix: 
         for i in range(3):
             for j in range(3):
                 row[3 + 3 * j + i] = columns[i, j]
+
+
+@inner
+def _limited(motion: Motion, dynamics: Dynamics) -> Motion:
+    """Return a motion whose velocities are below the caps."""
+    v, w = capped(motion.v, dynamics.caps[0]), capped(motion.w_body, dynamics.caps[1])
+    return Motion(motion.x, motion.q, v, w)
 
 
 @kernel_with(Path(__file__).parent)
@@ -102,11 +108,14 @@ def integrate(
                 dt = scheme.step if is_whole or done < count - 1 else interval - done * scheme.step
                 if smooth or ratio > most:
                     dt = interval / count
-                if smooth or scheme.attitude == RUNGE_KUTTA:
-                    method = ORDER_4 if smooth else scheme.spin
-                    motion = runge_kutta_step(motion, dt, dynamics, push, method, smooth)
-                    v, w = capped(motion.v, dynamics.caps[0]), capped(motion.w_body, dynamics.caps[1])
-                    motion = Motion(motion.x, motion.q, v, w)
+                if smooth:
+                    motion = continuous_step(_limited(motion, dynamics), dt, dynamics, push, scheme.stored)
+                    motion = _limited(motion, dynamics)
+                    continue
+                if scheme.attitude == RUNGE_KUTTA:
+                    motion = _limited(runge_kutta_step(motion, dt, dynamics, push, scheme), dynamics)
+                    if scheme.precision != DOUBLE:
+                        motion = to_single(motion, scheme.precision)
                     continue
                 motion, growth = euler_step(motion, dt, dynamics, push, scheme, steps >= scheme.idle_steps)
                 steps += 1
@@ -120,7 +129,7 @@ def integrate(
                     w_matrix = matrix_step(columns, dt, momentum, dynamics.moments)
             now = stop
         if happens:
-            motion, push, jump = happen(motion, push, events, number, dynamics)
+            motion, push, jump = happen(motion, push, events, number, dynamics, length)
             momentum = add(momentum, jump)
             number += 1
         else:

@@ -9,8 +9,9 @@ import pytest
 from programs import Program, fly, read, write
 
 from tumble.compare.grade.grade import EXPLAINED_WHOLLY, grade
+from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_FORMS
 from tumble.compare.grade.model.kernel.dynamics import EXPONENTIALLY, IMPLICITLY, LINEARLY
-from tumble.compare.grade.search.damping_search import as_rate
+from tumble.compare.grade.search.closing import left_in_a_step, rate_of_a_step
 from tumble.reports.grade import evidence
 from tumble.scenarios.read import read_scene, scene_path
 
@@ -68,10 +69,11 @@ def test_rates_are_found_over_a_long_flight(tmp_path, linear, angular):
 
 @pytest.mark.parametrize("decays", FORMS.values())
 def test_a_rate_in_another_form_takes_as_much(decays):
-    rate, step = 0.3, 1 / 60
-    other = as_rate(rate, step, decays)
-    left = {LINEARLY: 1 - other * step, EXPONENTIALLY: exp(-other * step), IMPLICITLY: 1 / (1 + other * step)}[decays]
-    assert left == pytest.approx(1 - rate * step, rel=1e-14)
+    share = 0.3 / 60
+    other = rate_of_a_step(left_in_a_step(share, DAMPING_FORMS[LINEARLY]), DAMPING_FORMS[decays])
+    left = {LINEARLY: 1 - other, EXPONENTIALLY: exp(-other), IMPLICITLY: 1 / (1 + other)}[decays]
+    assert left == pytest.approx(1 - share, rel=1e-14)
+    assert left_in_a_step(other, DAMPING_FORMS[decays]) == pytest.approx(left, rel=1e-14)
 
 
 def test_smooth_damping_is_not_put_into_steps(tmp_path):

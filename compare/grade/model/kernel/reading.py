@@ -1,0 +1,81 @@
+"""Rows between two ticks of a program: interpolated, or moved on from the last one."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from tumble.compare.grade.model.kernel.dynamics import Array
+from tumble.solver.compilation import kernel_with
+from tumble.solver.quaternion import exponential, product
+
+# Columns of a row: x, matrix, q.
+POSE = 16
+# The attitude along an arc; q linearly, and normalised; moved on from the last tick at its velocities.
+SLERP, LINEAR, EXTRAPOLATED = 1, 2, 3
+# Cosine of an angle below which an arc is a line.
+STRAIGHT = 1.0 - 1e-14
+
+
+@kernel_with(Path(__file__).parent)
+def instants_of(ticks: Array, instants: Array, first: Array) -> int:
+    """Write every tick and the next one once, in order; return their number.
+
+    ticks: whole numbers that do not decrease, (T,); instants: (2 T,); first: the place of each tick in them, (T,).
+    """
+    count = 0
+    for row in range(len(ticks)):
+        for tick in (ticks[row], ticks[row] + 1.0):
+            if count == 0 or tick > instants[count - 1]:
+                instants[count] = tick
+                count += 1
+        first[row] = count - 2
+    return count
+
+
+@kernel_with(Path(__file__).parent)
+def between_ticks(rows: Array, first: Array, fraction: Array, tick: float, kind: int, found: Array) -> None:
+    """Write poses, (T, 16), between two ticks that follow each other.
+
+    rows: of `kernel.stepping`, at ticks, (N, 22); first: the row of each pose's first tick, (T,); fraction: of a tick
+    since then, (T,); tick: [s].
+    """
+    for number in range(len(first)):
+        row, part = int(first[number]), fraction[number]
+        before = rows[row]
+        q = (before[18], before[19], before[20], before[21])
+        if kind == EXTRAPOLATED:
+            for axis in range(3):
+                found[number, axis] = before[axis] + part * tick * before[12 + axis]
+            half = 0.5 * part * tick
+            w, x, y, z = product(exponential((half * before[15], half * before[16], half * before[17])), q)
+        else:
+            after = rows[row + 1]
+            for axis in range(3):
+                found[number, axis] = (1.0 - part) * before[axis] + part * after[axis]
+            cosine = q[0] * after[18] + q[1] * after[19] + q[2] * after[20] + q[3] * after[21]
+            sign = -1.0 if cosine < 0.0 else 1.0
+            one, other = 1.0 - part, part
+            if kind == SLERP and sign * cosine < STRAIGHT:
+                angle = math.acos(min(1.0, sign * cosine))
+                one, other = math.sin(one * angle) / math.sin(angle), math.sin(other * angle) / math.sin(angle)
+            w, x = one * q[0] + sign * other * after[18], one * q[1] + sign * other * after[19]
+            y, z = one * q[2] + sign * other * after[20], one * q[3] + sign * other * after[21]
+        found[number, 12], found[number, 13], found[number, 14], found[number, 15] = w, x, y, z
+        size = np.sqrt(w * w + x * x + y * y + z * z)
+        w, x, y, z = w / size, x / size, y / size, z / size
+        found[number, 3], found[number, 4], found[number, 5] = (
+            1 - 2 * (y * y + z * z),
+            2 * (x * y - w * z),
+            2 * (x * z + w * y),
+        )
+        found[number, 6], found[number, 7], found[number, 8] = (
+            2 * (x * y + w * z),
+            1 - 2 * (x * x + z * z),
+            2 * (y * z - w * x),
+        )
+        found[number, 9], found[number, 10], found[number, 11] = (
+            2 * (x * z - w * y),
+            2 * (y * z + w * x),
+            1 - 2 * (x * x + y * y),
+        )

@@ -1,0 +1,208 @@
+"""What a search does with the best explanations: simpler ones, values that a person wrote, and others as good."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from itertools import product, takewhile
+from math import exp, log
+from time import thread_time
+
+import numpy as np
+
+from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_FORMS, DAMPING_PLACES, GYROSCOPIC, ROTATION
+from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes, with_value
+from tumble.compare.grade.hypotheses.names import ANGULAR_DAMPING, LINEAR_DAMPING
+from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
+from tumble.compare.grade.measure.significance import EXPLAINED
+from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, LAST, LINEARLY
+from tumble.compare.grade.model.program_model import next_tick
+from tumble.compare.grade.search.causal import CausalSearch
+from tumble.compare.grade.search.evaluator import Evaluator
+from tumble.compare.grade.search.proposals import STEPS
+from tumble.compare.grade.search.simulations import SearchStopped
+
+# Residuals within the floor, an upper bound of rounding: one is larger if it is this many times another, but not if it
+# is below this share of the floor.
+LARGER, HIDDEN = 1.5, 0.5
+# Residuals over the floor of the printed digits that are nearly within it, over those within it.
+NEARLY = 1.5
+# A value that a person wrote is likelier than any other: it may leave more.
+LARGER_IF_PLAIN = 3.0
+# Significant digits of a value that a person wrote.
+FEW_DIGITS = (1, 2, 3, 4)
+# Other programs that are simulated finely.
+ALTERNATIVES = 16
+# Largest number of steps after which something happens.
+TICKS = 60
+
+
+class Closing:
+    """Simplifies explanations, until it is stopped; is_stopped: it was."""
+
+    def __init__(self, evaluator: Evaluator, search: CausalSearch) -> None:
+        self._evaluator, self._proposals, self._search = evaluator, search.proposals, search
+        self._stops_at, self.is_stopped = np.inf, False
+
+    def stop_at(self, stops_at: float) -> None:
+        """Set the processor time at which to stop [s]."""
+        self._stops_at = stops_at
+        self._search.stop_at(stops_at)
+
+    def _is_late(self) -> bool:
+        self.is_stopped = self.is_stopped or thread_time() > self._stops_at
+        return self.is_stopped
+
+    def simplified(self, best: Explanation) -> Explanation:
+        """Return an explanation of everything without what has no effect, and with plain values."""
+        best = self._without_mistakes(best)
+        best = self._plain(best)
+        best = self._without_mistakes(best)
+        return self._without_details(best)
+
+    def alternatives(self, best: Explanation) -> list[Explanation]:
+        """Return explanations of everything that are one change away from one, or two of its mistakes made one."""
+        try:
+            likely = self._search.alternatives(best.mistakes)[:ALTERNATIVES]
+        except SearchStopped:
+            self.is_stopped = True
+            return []
+        found = sorted(self._explained(likely), key=lambda each: each.weight)
+        first = {tuple(m.hypothesis for m in each.mistakes): each for each in reversed(found) if each.within_floor}
+        return list(first.values())
+
+    def _explained(self, several: Iterable[Mistakes]) -> Iterator[Explanation]:
+        """Yield what mistakes leave of all rows, until time is up."""
+        return (self._evaluator.explain(mistakes) for mistakes in takewhile(lambda _: not self._is_late(), several))
+
+    def is_as_good(self, other: Explanation, best: Explanation, larger: float = LARGER) -> bool:
+        """Whether another explanation is within the floor too, and not larger as far as can be seen there.
+
+        If all digits are right without single precision, those of the other one are nearly so.
+        """
+        if needs_no_single(best, other):
+            return False
+        most_m = max(larger * best.weighted_rms_m, HIDDEN * self._evaluator.scale.floor_m)
+        return other.within_floor and other.weighted_rms_m <= most_m
+
+    def _without_mistakes(self, best: Explanation) -> Explanation:
+        """Return an explanation without mistakes that have no effect, alone or with what its step does at ticks."""
+        for mistake in best.mistakes:
+            others = tuple(other for other in best.mistakes if other.hypothesis is not mistake.hypothesis)
+            wanted = dict.fromkeys((others, self._with_plain_ticks(others)))
+            try:
+                refitted = [self._search.refitted(some) for some in wanted]
+            except SearchStopped:
+                self.is_stopped = True
+                return best
+            best = next((fewer for fewer in self._explained(refitted) if self.is_as_good(fewer, best)), best)
+        return best
+
+    def _with_plain_ticks(self, mistakes: Mistakes) -> Mistakes:
+        """Return mistakes of a program in which something can happen in every step."""
+        schemes = self._proposals.schemes
+        step = next((m for m in mistakes if m.hypothesis.part == STEPS), None)
+        own = schemes.of_step(step.hypothesis) if step else None
+        return self._with_step(mistakes, step, replace(own, steps_a_tick=1)) if step and own else mistakes
+
+    def _plain(self, best: Explanation) -> Explanation:
+        """Return an explanation with the plainest values that fit as well."""
+        for mistake in best.mistakes:
+            hypothesis = mistake.hypothesis
+            if hypothesis.fitted and hypothesis.part != STEPS and not hypothesis.scale and not hypothesis.details:
+                best = self._first_as_good(best, self._plainer(best.mistakes, mistake))
+        return self._first_as_good(best, self._plainer_damping(best.mistakes))
+
+    def _first_as_good(self, best: Explanation, others: Iterable[Mistakes]) -> Explanation:
+        """Return the first of other explanations, with plainer values, that fits nearly as well, if one does."""
+        return next((other for other in self._explained(others) if self.is_as_good(other, best, LARGER_IF_PLAIN)), best)
+
+    def _plainer(self, mistakes: Mistakes, mistake: Mistake) -> Iterator[Mistakes]:
+        """Yield mistakes with plainer values of one of them, the plainest first."""
+        hypothesis, value = mistake
+        tick = self._evaluator.program_with(mistakes).event_tick
+        if hypothesis.at_ticks and tick:
+            value = float(next_tick(value, tick))
+            yield with_value(mistakes, hypothesis, value)
+        if hypothesis.unit == "s":
+            for interval in dict.fromkeys(filter(None, (self._evaluator.context.spacing_s, tick))):
+                if 0 < round(abs(value) / interval) <= TICKS:
+                    yield with_value(mistakes, hypothesis, interval * round(value / interval))
+        for named in sorted(hypothesis.named_values, key=lambda named: abs(named - value))[:1]:
+            yield with_value(mistakes, hypothesis, named)
+        for digits in FEW_DIGITS:
+            yield with_value(mistakes, hypothesis, _in_digits(value, digits))
+
+    def _plainer_damping(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+        """Yield mistakes with damping of plainer rates, in the form that has them; all has one form and place.
+
+        c dt, exp(-c dt) and 1/(1 + c dt) reduce a velocity equally in a step, with different rates c.  A step that
+        damps after it has moved the body is an explicit one with damping as a force.
+        """
+        damping = [m for m in mistakes if m.hypothesis.name in (LINEAR_DAMPING, ANGULAR_DAMPING)]
+        step = next((m for m in mistakes if m.hypothesis.part == STEPS), None)
+        own = self._proposals.schemes.of_step(step.hypothesis) if step else None
+        others = tuple(m for m in mistakes if m not in damping)
+        number_of = {words: number for number, words in DAMPING_PLACES.items()}
+        details = [dict(m.hypothesis.details) for m in damping]
+        places = [number_of[each["damping-place"]] for each in details if each]
+        place = next((number for number in places if number != AS_FORCE), AS_FORCE)
+        variants = [(others, place)] if any(details) else []
+        if damping and step and own and own.explicit and place == AS_FORCE:
+            variants.append((self._with_step(others, step, replace(own, explicit=False, other_axes=False)), LAST))
+        for digits, (kept, where), form in product(FEW_DIGITS, variants, DAMPING_FORMS):
+            found = []
+            for one in damping:
+                rate = one.value
+                if where != AS_FORCE and step:
+                    said = dict(one.hypothesis.details).get("damping-form", DAMPING_FORMS[LINEARLY])
+                    left = left_in_a_step(rate * step.value, said)
+                    rate = rate_of_a_step(left, DAMPING_FORMS[form]) / step.value
+                kind = one.hypothesis.name.partition("-")[0]
+                hypothesis = self._proposals.schemes.damping(kind, where, form if where != AS_FORCE else LINEARLY)
+                found.append(Mistake(hypothesis, _in_digits(rate, digits)))
+            yield self._proposals.ordered((*kept, *found))
+
+    def _without_details(self, best: Explanation) -> Explanation:
+        """Return an explanation without the details of its step that all other steps fit as well."""
+        schemes = self._proposals.schemes
+        step = next((m for m in best.mistakes if m.hypothesis.part == STEPS), None)
+        own = schemes.of_step(step.hypothesis) if step else None
+        if step is None or own is None:
+            return best
+        for detail, others in (("gyroscopic", GYROSCOPIC), ("rotation", ROTATION)):
+            kept = getattr(own, detail)
+            tried = self._explained(
+                self._with_step(best.mistakes, step, replace(own, **{detail: other}))
+                for other in others
+                if other not in (kept, "none")
+            )
+            if kept and all(self.is_as_good(each, best) for each in tried) and not self._is_late():
+                own = replace(own, **{detail: ""})
+        return self._evaluator.explain(self._with_step(best.mistakes, step, own))
+
+    def _with_step(self, mistakes: Mistakes, step: Mistake, own: Step) -> Mistakes:
+        hypothesis = self._proposals.schemes.step(own)
+        return tuple(Mistake(hypothesis, step.value) if m is step else m for m in mistakes)
+
+
+def needs_no_single(one: Explanation, other: Explanation) -> bool:
+    """Return whether all digits are right without single precision by one explanation, though not by another."""
+    return one.in_digits <= EXPLAINED < EXPLAINED * NEARLY < other.in_digits
+
+
+def _in_digits(value: float, digits: int) -> float:
+    """Return a value in so many significant digits."""
+    return float(f"{value:.{digits - 1}e}")
+
+
+def left_in_a_step(share: float, form: str) -> float:
+    """Return what a damping leaves of a velocity in a step; share: rate times step."""
+    if form == DAMPING_FORMS[0]:
+        return 1 - share
+    return exp(-share) if form == DAMPING_FORMS[1] else 1 / (1 + share)
+
+
+def rate_of_a_step(left: float, form: str) -> float:
+    """Return the rate times the step of a form of damping that leaves a share of a velocity in a step."""
+    if form == DAMPING_FORMS[0] or left <= 0:
+        return 1 - left
+    return -log(left) if form == DAMPING_FORMS[1] else 1 / left - 1

@@ -1,0 +1,304 @@
+"""What a search tries next: one more mistake, another one in the place of one, or another scheme."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_PLACES, GYROSCOPIC, ROTATION
+from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
+from tumble.compare.grade.hypotheses.hypothesis import NEAR, Context, Hypothesis
+from tumble.compare.grade.hypotheses.hypothesis import STEPS as STEPS_S
+from tumble.compare.grade.hypotheses.names import CLOCK_OFFSET, GYROSCOPIC_TERM_MISSING, SPIN_RECOVERED
+from tumble.compare.grade.hypotheses.scheme_hypotheses import TURNED_ASIDE, SchemeHypotheses, Step
+from tumble.compare.grade.model.kernel.dynamics import AFTER_FORCES, AS_FORCE, LINEARLY
+from tumble.compare.grade.model.program_model import next_tick
+
+# Parts whose mistakes may cause one motion.
+TWINS = {
+    "gravity start": ("position step", "clock offset"),
+    "position step": ("gravity start",),
+    "clock offset": ("clock tick", "clock rate"),
+    "clock tick": ("clock offset",),
+    "clock rate": ("clock offset",),
+}
+# Orders of methods whose error is not of order 1.
+ORDERS = {
+    "midpoint": 2, "heun": 2, "velocity-verlet": 2, "ralston": 2, "runge-kutta-3": 3, "runge-kutta-3-shu-osher": 3,
+    "runge-kutta-4": 4, "runge-kutta-4-three-eighths": 4,
+}  # fmt: skip
+# Substeps in which some programs move the centre.
+SUBSTEPS = (1, 2, 4, 8)
+# Rotations, and whether the quaternion is normalised; and gyroscopic terms of explicit steps.
+ROTATIONS = (*((rotation, 1) for rotation in ROTATION), ("first order", 0))
+OF_EXPLICIT = ("none", "explicit", "implicit", "rescaled", "momentum")
+# Of these, the terms with which the angular velocity may as well be stored in the other axes, which matters then.
+STORED_EITHER_WAY = ("none", "explicit")
+# Steps from one instant to the next at which events happen.
+STEPS_A_TICK = (1, 2, 4, 8)
+# Row intervals by which rows may be late.
+LATE = (-1, 1, 2, 3, 4, 5)
+DAMPED = ("linear damping", "angular damping")
+# Values of a mistake that are tried first, at most.
+MOST_VALUES, MOST_IF_LINEAR = 9, 5
+# Times that are tried in a run; and shares by which limits are below what the program reaches.
+ROWS_LATE = (0.25, 0.5, 1, 2, 3, 4, 6)
+TIMES, BELOW = 12, (0.003, 0.01, 0.03, 0.07, 0.15, 0.3, 0.5, 0.7)
+# A run of more steps takes longer than it is worth.
+MOST_STEPS = 6_000
+# Parts of a program that are a scheme.
+STEPS, GYRO = "steps", "gyroscopic"
+# Steps in a row interval, and in a tick between rows.
+PARTS, IN_A_TICK = (1, 2, 3, 4, 5, 8, 10, 16, 20, 32, 40, 80), (1, 2, 4, 8)
+# Of these, so many next to a length are tried; and usual steps whose logarithm differs by less.
+NEXT, CLOSE = 2, 0.1
+# Parts that are tried even if they seem too long, as errors of very long steps grow in no order.
+ALWAYS = (1, 2)
+# Steps that differ from another by less than this factor are similar.
+SIMILAR = 1.7
+
+
+@dataclass(frozen=True)
+class Run:
+    """What first values depend on: until when a program runs [s], its rows [s], its largest velocity and spin."""
+
+    until: float
+    spacing: float
+    fastest: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class SchemeKind:
+    """A kind of scheme: a key, the mistakes that are put upon it, its hypothesis, and the order of its error."""
+
+    key: tuple
+    others: Mistakes
+    hypothesis: Hypothesis
+    order: int
+
+
+class Proposals:
+    """Lists programs that are a change away from one."""
+
+    def __init__(self, context: Context, hypotheses: Sequence[Hypothesis]) -> None:
+        self._context, self.hypotheses = context, [h for h in hypotheses if h.part != STEPS]
+        self._methods = [h for h in hypotheses if h.part == STEPS]
+        self.schemes = SchemeHypotheses(context)
+        self._place = {hypothesis: number for number, hypothesis in enumerate(hypotheses)}
+        self._parts = {h.part: n for n, h in reversed(list(enumerate(hypotheses)))}
+        self._recovered = next(h for h in hypotheses if h.name == SPIN_RECOVERED)
+        self._equal = float(np.ptp(context.program.moments)) == 0.0
+
+    def ordered(self, mistakes: Sequence[Mistake]) -> Mistakes:
+        """Return mistakes in the order in which a program makes them."""
+        return tuple(sorted(mistakes, key=lambda mistake: self._order(mistake.hypothesis)))
+
+    def _order(self, hypothesis: Hypothesis) -> int:
+        place = self._place.get(hypothesis)
+        return self._parts.get(hypothesis.part, 0) if place is None else place
+
+    def with_one_more(
+        self, mistakes: Mistakes, run: Run, every_value: bool = False
+    ) -> Iterator[tuple[Hypothesis, list[Mistakes]]]:
+        """Yield each mistake that can be added, and the programs with its first values; every_value: not only some.
+
+        If a small value has an effect in proportion, the program with the neutral value comes first.
+        """
+        taken = {m.hypothesis.part for m in mistakes}
+        for hypothesis in (*self.hypotheses, *self._damping(mistakes)):
+            if hypothesis.part not in taken:
+                values = [Mistake(hypothesis, value) for value in first_values(hypothesis, run, every_value)]
+                yield hypothesis, [program for one in values for program in self._with(mistakes, one)]
+        if "clock offset" not in taken:
+            for late in map(self.schemes.late, LATE):
+                yield late.hypothesis, [self.ordered((*mistakes, late))]
+
+    def _with(self, mistakes: Mistakes, one: Mistake) -> Iterator[Mistakes]:
+        """Yield programs with one more mistake; a tick between rows is of one step or several."""
+        step = next((m for m in mistakes if m.hypothesis.part == STEPS), None)
+        if one.hypothesis.part != "clock tick" or step is None:
+            yield self.ordered((*mistakes, one))
+            return
+        others = tuple(m for m in mistakes if m is not step)
+        for part in IN_A_TICK:
+            yield self.ordered((*others, Mistake(step.hypothesis, one.value / part), one))
+
+    def _damping(self, mistakes: Mistakes) -> Iterator[Hypothesis]:
+        """Yield damping anywhere in the step of a program that has steps; all of it is at one place."""
+        if not any(m.hypothesis.part == STEPS for m in mistakes):
+            return
+        used = {dict(m.hypothesis.details).get("damping-place") for m in mistakes if m.hypothesis.part in DAMPED}
+        for kind, place in product(("linear", "angular"), DAMPING_PLACES):
+            if place != AS_FORCE and (not used or DAMPING_PLACES[place] in used):
+                yield self.schemes.damping(kind, place, LINEARLY)
+
+    def angular_damping(self, mistakes: Mistakes) -> Hypothesis:
+        """Return damping of the rotation, after the forces of a step if there are steps."""
+        used = [m.hypothesis for m in mistakes if m.hypothesis.part == "linear damping" and m.hypothesis.details]
+        place = dict(used[0].details).get("damping-place", "") if used else DAMPING_PLACES[AFTER_FORCES]
+        number = next((key for key, text in DAMPING_PLACES.items() if text == place), AFTER_FORCES)
+        has_steps = any(m.hypothesis.part == STEPS for m in mistakes)
+        return self.schemes.damping("angular", number if has_steps else AS_FORCE, LINEARLY)
+
+    def may_be_of_any_scheme(self, mistakes: Mistakes) -> list[Hypothesis]:
+        """Return mistakes that programs in steps often have, of parts in which a program has none."""
+        taken = {m.hypothesis.part for m in mistakes}
+        offset = next(h for h in self.hypotheses if h.name == CLOCK_OFFSET)
+        return [h for h in (self.angular_damping(mistakes), offset) if h.part not in taken]
+
+    def with_others(self, mistakes: Mistakes, run: Run) -> Iterator[tuple[object, Mistakes]]:
+        """Yield programs with another mistake of the same part, or of a twin, in the place of one; with a key."""
+        taken = {m.hypothesis.part for m in mistakes}
+        for number, mistake in enumerate(mistakes):
+            own = mistake.hypothesis
+            others = (*mistakes[:number], *mistakes[number + 1 :])
+            for hypothesis in (*self.hypotheses, *self._damping(others)):
+                same = hypothesis.part == own.part or (
+                    hypothesis.part in TWINS.get(own.part, ()) and hypothesis.part not in taken
+                )
+                if same and own.part != STEPS and hypothesis is not own:
+                    for value in first_values(hypothesis, run):
+                        for program in self._with(others, Mistake(hypothesis, value)):
+                            yield (own, hypothesis), program
+        yield from self._with_other_places(mistakes)
+        yield from self._with_other_details(mistakes)
+
+    def _with_other_details(self, mistakes: Mistakes) -> Iterator[tuple[object, Mistakes]]:
+        """Yield programs that move the centre in another number of substeps, or never normalise the quaternion."""
+        for own, step in self._own_step(mistakes):
+            for substeps in SUBSTEPS if not own.explicit else ():
+                yield ("details",), self._with_step(mistakes, step, replace(own, substeps=substeps))
+
+    def _own_step(self, mistakes: Mistakes) -> Iterator[tuple[Step, Mistake]]:
+        """Yield the step of a program in symplectic steps."""
+        for mistake in mistakes:
+            if mistake.hypothesis.part == STEPS and (own := self.schemes.of_step(mistake.hypothesis)):
+                yield own, mistake
+
+    def _with_step(self, mistakes: Mistakes, step: Mistake, other: Step) -> Mistakes:
+        return tuple(Mistake(self.schemes.step(other), m.value) if m is step else m for m in mistakes)
+
+    def with_details(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+        """Yield programs that store the rotation otherwise, take w from attitudes, or write a step late or early."""
+        is_on_time = not any(m.hypothesis.part == "clock offset" for m in mistakes)
+        for own, step in self._own_step(mistakes):
+            for sign in (1, -1) if is_on_time else ():
+                yield self.ordered((*mistakes, Mistake(self.schemes.late(sign).hypothesis, step.value)))
+            if own.explicit or own.gyroscopic in TURNED_ASIDE or own.rotation in TURNED_ASIDE:
+                yield self._with_step(mistakes, step, replace(own, other_axes=not own.other_axes))
+            for number in STEPS_A_TICK:
+                if number != own.steps_a_tick and self._moves_events(
+                    step.value * own.steps_a_tick, step.value * number
+                ):
+                    yield self._with_step(mistakes, step, replace(own, steps_a_tick=number))
+            if not any(m.hypothesis is self._recovered for m in mistakes):
+                yield self.ordered((*mistakes, Mistake(self._recovered)))
+
+    def _with_other_places(self, mistakes: Mistakes) -> Iterator[tuple[object, Mistakes]]:
+        """Yield programs whose damping is elsewhere in the step."""
+        damping = [m for m in mistakes if m.hypothesis.name in ("linear-damping", "angular-damping")]
+        if not damping or not any(m.hypothesis.part == STEPS for m in mistakes):
+            return
+        others = tuple(m for m in mistakes if m not in damping)
+        for place in DAMPING_PLACES:
+            moved = [
+                Mistake(self.schemes.damping(m.hypothesis.name.partition("-")[0], place, LINEARLY), m.value)
+                for m in damping
+            ]
+            yield ("place", place), self.ordered((*others, *moved))
+
+    def _moves_events(self, tick: float, other: float) -> bool:
+        """Whether impulses happen at other instants if they can at every other tick [s]."""
+        times = np.array([impulse.time for impulse in self._context.program.impulses])
+        return not np.allclose(next_tick(times, tick), next_tick(times, other))
+
+    def damped_anywhere(self, mistakes: Mistakes, rate: float) -> Iterator[Mistakes]:
+        """Yield programs with damping of the rotation at every place in the step, by a rate if they have none."""
+        if not any(m.hypothesis.part == "angular damping" for m in mistakes):
+            mistakes = (*mistakes, Mistake(self.angular_damping(mistakes), rate))
+        places = [program for _, program in self._with_other_places(mistakes)]
+        yield from places or [self.ordered(mistakes)]
+
+    def with_other_schemes(self, mistakes: Mistakes) -> Iterator["SchemeKind"]:
+        """Yield each kind of scheme upon which the other mistakes can be put."""
+        others = tuple(m for m in mistakes if m.hypothesis.part != STEPS)
+        gyro = next((m for m in others if m.hypothesis.part == GYRO), None)
+        without = tuple(m for m in others if m.hypothesis.part != GYRO)
+        is_factor = gyro is not None and gyro.hypothesis.name != GYROSCOPIC_TERM_MISSING
+        missing = self.schemes.gyroscopic_term_missing()
+        for kind in ("explicit",) if self._equal or is_factor else GYROSCOPIC:
+            base = others if is_factor else without if kind != "none" else (*without, missing)
+            for explicit, (rotation, normalise_every) in product((False, True), ROTATIONS):
+                for other_axes in (False, True) if explicit and kind in STORED_EITHER_WAY else (False,):
+                    if not explicit or kind in OF_EXPLICIT:
+                        own = Step(
+                            kind, rotation, normalise_every=normalise_every, other_axes=other_axes, explicit=explicit
+                        )
+                        yield SchemeKind((own,), base, self.schemes.step(own), 2)
+        for hypothesis in self._methods:
+            yield SchemeKind((hypothesis,), others, hypothesis, ORDERS.get(hypothesis.name, 1))
+
+    def with_same_step(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+        """Yield programs with another scheme of the same step, with which events happen at the same instants."""
+        for step in (m for m in mistakes if m.hypothesis.part == STEPS):
+            own = self.schemes.of_step(step.hypothesis)
+            for kind in self.with_other_schemes(mistakes):
+                hypothesis, other = kind.hypothesis, self.schemes.of_step(kind.hypothesis)
+                if own and other:
+                    hypothesis = self.schemes.step(replace(other, steps_a_tick=own.steps_a_tick))
+                yield self.ordered((*kind.others, Mistake(hypothesis, step.value)))
+
+    def with_other_steps(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+        """Yield programs with a somewhat longer or shorter step of the same scheme."""
+        for step in (m for m in mistakes if m.hypothesis.part == STEPS):
+            interval = self._interval(mistakes)
+            count = round(interval / step.value)
+            for other in range(max(1, int(count / SIMILAR)), int(count * SIMILAR) + 2):
+                if other != count and (other in PARTS or abs(other - count) <= NEXT):
+                    moved = Mistake(step.hypothesis, interval / other)
+                    yield tuple(moved if m is step else m for m in mistakes)
+
+    def first_step(self, mistakes: Mistakes, until: float, longest: float) -> float:
+        """Return the longest step that a program may take [s], but not more than a length; 0 for none."""
+        interval = self._interval(mistakes)
+        step = interval / max(1, np.ceil(interval / longest * (1 - NEAR)))
+        return step if until <= MOST_STEPS * step else 0.0
+
+    def steps_near(self, mistakes: Mistakes, until: float, ideal: float) -> list[float]:
+        """Return steps that a program may take near a length [s]: parts of a row interval, or of a tick."""
+        interval = self._interval(mistakes)
+        usual = sorted(PARTS, key=lambda part: abs(np.log(interval / part / ideal)))[:NEXT]
+        nearest = max(1, round(interval / ideal))
+        others = (
+            [h for h in STEPS_S if h < interval and abs(np.log(h / ideal)) < CLOSE]
+            if not self._has_tick(mistakes)
+            else []
+        )
+        found = dict.fromkeys([*(interval / part for part in (*ALWAYS, *usual, nearest)), *others])
+        return [step for step in found if until <= MOST_STEPS * step]
+
+    def _interval(self, mistakes: Mistakes) -> float:
+        tick = next((m.value for m in mistakes if m.hypothesis.part == "clock tick"), 0.0)
+        return tick or self._context.spacing_s
+
+    def _has_tick(self, mistakes: Mistakes) -> bool:
+        return any(m.hypothesis.part == "clock tick" for m in mistakes)
+
+
+def first_values(hypothesis: Hypothesis, run: Run, every_value: bool = False) -> list:
+    """Return the values of a mistake that are tried first in a run; every_value: not only some of many."""
+    values = list(hypothesis.values) or [0.0]
+    if not hypothesis.fitted or hypothesis.scale:
+        return values
+    least, most = hypothesis.bounds
+    if hypothesis.limits:
+        return [value for share in BELOW if least < (value := (1 - share) * run.fastest[hypothesis.limits])]
+    if hypothesis.at_ticks and hypothesis.neutral is None:
+        rows = (run.spacing * np.array(ROWS_LATE)).tolist()
+        times = {*np.linspace(0.0, run.until, TIMES + 2)[1:-1].tolist(), *rows}
+        return [value for value in sorted(times) if least <= value < min(most, run.until)]
+    count = MOST_VALUES if hypothesis.neutral is None else MOST_IF_LINEAR
+    if len(values) > count and not every_value:
+        values = [values[number] for number in np.linspace(0, len(values) - 1, count).round().astype(int)]
+    return values if hypothesis.neutral is None else [hypothesis.neutral, *values]

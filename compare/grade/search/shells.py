@@ -1,0 +1,181 @@
+"""The rows that a search looks at, in shells of time, and what residuals in them weigh.
+
+Errors of a wrong program grow from row to row, and soon every row is wrong.  So the rows are put into shells: the first
+row, the next few, and so on.  A residual is weighed shell by shell, by the logarithm of its size there: a mistake that
+makes the first rows right counts, even if the rest is as wrong as before, because another mistake acts later.  The
+centre and the rotation are weighed apart as well, for many mistakes are of one of them alone.
+"""
+
+import numpy as np
+
+from tumble.compare.grade.measure.conserved import fitted_pose
+from tumble.compare.grade.measure.errors import SampledRows, golden_subsample
+from tumble.compare.grade.measure.significance import EXPLAINED, FREE_OF_A_BODY, ResidualScale
+from tumble.scenarios.frames import Array, rotation_matrix
+
+# First rows that are all looked at, rows after an impulse, and all rows.
+FIRST, AFTER_AN_IMPULSE, ROWS = 10, 2, 56
+# Rows in the first shells; each shell after them has twice as many rows as the one before, and the last has the rest.
+SHELLS = (1, 3, 6)
+# The residual of one shell may be this many times as large as that of all.
+OF_A_SHELL = 2.0
+# Single precision of unusually short steps has up to so many times the effect of that of usual ones.
+NEAR = 10.0
+# A residual counts as at most this many times the body's size.
+LARGEST = 2.0
+# Vertices whose smallest extent is below this share of the largest lie in a plane.
+FLAT = 1e-6
+# Their distances are those of a rigid body if a pose leaves at most so many floors.
+RIGID = 20.0
+# What is left for the translation, over its rounding, so that equations can be solved.
+REGULAR = 1e-12
+
+
+class Shells:
+    """Rows of one throw up to a time, in shells.
+
+    times [s], (T,); a residual of a row has the shift of the centre and of three points on the axes of the body, which
+    rotate and shear with it, in floors: (4, 3).  If a file has too few vertices for that, it has those of the vertices.
+    """
+
+    def __init__(self, sample: SampledRows, scale: ResidualScale, points: Array, until: float, events: Array) -> None:
+        """Choose the rows.
+
+        points: vertices in the file [m], axes of the body, (K, 3); until: [s]; events: times of impulses [s].
+        """
+        kept = _chosen(sample.times, until, events)
+        self.times, vertices = sample.times[kept], sample.vertices[kept]
+        self.floors_m = scale.floors_m[kept]
+        self._trust = 1.0 / self.floors_m[:, None, :]
+        self._reach = float(np.sqrt((points**2).sum(axis=1).mean())) or 1.0
+        self._points = points
+        self.is_pose, self._x, self._axes = _affine(vertices, points, self.floors_m)
+        self._vertices = vertices
+        edges, size = [0], 0
+        for size in SHELLS:
+            edges.append(min(edges[-1] + size, len(kept)))
+        while edges[-1] < len(kept):
+            size *= 2
+            rest = len(kept) - edges[-1]
+            edges.append(len(kept) if rest < 1.5 * size else edges[-1] + size)
+        self._edges = np.unique(edges)
+        self.sizes = np.diff(self._edges)
+        # The centre, and the three points that rotate; or all vertices.
+        self._blocks = (slice(0, 1), slice(1, 4)) if self.is_pose else (slice(0, len(points)),)
+        free = min(FREE_OF_A_BODY, 3 * len(points)) / len(self._blocks)
+        self._numbers = np.repeat(self.sizes * free, len(self._blocks))
+        self._most = np.square(LARGEST * scale.size_m * self._trust.max())
+        since = np.maximum(self.times[:, None] - np.concatenate(([0.0], events[events < until])), 0.0)
+        powers = np.column_stack((np.ones_like(self.times), since, since[:, 0] ** 2))
+        self._powers = np.unique(powers / np.maximum(powers.max(axis=0), 1e-300), axis=1)
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def residuals(self, x: Array, axes: Array, has_centre: bool) -> Array:
+        """Return what programs leave, in floors, (V, T, 4, 3), from x [m], (V, T, 3), and axes, (V, T, 3, 3)."""
+        with np.errstate(all="ignore"):
+            if not self.is_pose:
+                places = np.einsum("vtij,kj->vtki", axes, self._points)
+                places = places + x[:, :, None] if has_centre else places
+                return (self._vertices - places) * self._trust
+            found = np.empty((*x.shape[:2], 4, 3))
+            found[:, :, 0] = self._x - x if has_centre else 0.0
+            found[:, :, 1:] = self._reach * np.swapaxes(self._axes - axes, 2, 3)
+            return found * self._trust
+
+    def squares(self, errors: Array) -> Array:
+        """Return the mean squares in each shell of the centre and of the rotation, in floors, (V, shells, 2).
+
+        errors: residuals, (V, T, K, 3).  If a file has too few vertices for that, there is one of all: (V, shells, 1).
+        """
+        found = np.empty((*errors.shape[:2], len(self._blocks)))
+        with np.errstate(all="ignore"):
+            for number, block in enumerate(self._blocks):
+                part = errors[:, :, block]
+                found[:, :, number] = np.einsum("vtki,vtki->vt", part, part) / (3 * part.shape[2])
+        found = np.where(np.isfinite(found), np.minimum(found, self._most), self._most)
+        return np.add.reduceat(found, self._edges[:-1], axis=1) / self.sizes[:, None]
+
+    def weights(self, errors: Array) -> Array:
+        """Return the information criterion of residuals, (V, T, K, 3), without the cost of assumptions: (V,).
+
+        The noise is unknown in each shell, but above the floor.
+        """
+        return np.log1p(self.squares(errors)).reshape(len(errors), -1) @ self._numbers
+
+    def precisions(self, errors: Array) -> Array:
+        """Return the weights of residuals, (V, T, K, 3), in a fit that minimises `weights`: (V, T, K)."""
+        rows = np.repeat(1.0 / (1.0 + self.squares(errors)), self.sizes, axis=1)
+        return np.concatenate(
+            [
+                np.repeat(
+                    rows[:, :, number : number + 1] / (block.stop - block.start), block.stop - block.start, axis=2
+                )
+                for number, block in enumerate(self._blocks)
+            ],
+            axis=2,
+        )
+
+    def is_whole(self, errors: Array) -> bool:
+        """Return whether residuals, (T, K, 3), are within the floor: all of them, and nearly those of each shell."""
+        squares = self.squares(errors[None])[0]
+        mean = float((squares * self.sizes[:, None]).sum() / (self.sizes.sum() * squares.shape[1]))
+        return mean <= EXPLAINED**2 and float(squares.max()) <= (OF_A_SHELL * EXPLAINED) ** 2
+
+    def is_near(self, errors: Array) -> bool:
+        """Return whether residuals, (T, K, 3), are small enough for single precision to be the reason."""
+        return float(self.squares(errors[None]).max()) <= (NEAR * EXPLAINED) ** 2
+
+    def without_translation(self, errors: Array, like: Array | None = None) -> Array:
+        """Return residuals without those of the centre that another start, acceleration or impulse would explain.
+
+        They are polynomials of time between impulses, along each axis, fitted to rows as far as these are precise;
+        like: residuals that show how precise rows are, (T, K, 3), if those themselves do not.
+        """
+        if not self.is_pose:
+            return errors
+        rows = self.precisions(errors if like is None else like[None])[:, :, 0]
+        rows = np.broadcast_to(rows, errors.shape[:2])
+        with np.errstate(all="ignore"):
+            off = np.nan_to_num(errors[:, :, 0], posinf=0.0, neginf=0.0) / self._trust[:, 0]
+            rows = rows * self._trust[:, 0].mean(axis=1) ** 2
+            normal = np.einsum("tp,tq,vt->vpq", self._powers, self._powers, rows)
+            right = np.einsum("tp,vti,vt->vpi", self._powers, off, rows)
+            size = np.einsum("vpp->vp", normal)
+            normal = normal + REGULAR * np.eye(normal.shape[1]) * size.max(axis=1)[:, None, None]
+            left = off - np.einsum("tp,vpi->vti", self._powers, np.linalg.solve(normal, right))
+        found = errors.copy()
+        found[:, :, 0] = left * self._trust[:, 0]
+        return found
+
+
+def _chosen(times: Array, until: float, events: Array) -> np.ndarray:
+    """Return the numbers of the rows: all of the first ones, some after each event, and of the rest some."""
+    count = int(np.searchsorted(times, until * (1 + 1e-9), side="right"))
+    first = np.arange(min(FIRST, count))
+    after = np.searchsorted(times, events[(events > 0) & (events < until)])[:, None] + np.arange(AFTER_AN_IMPULSE)
+    rest = golden_subsample(count, ROWS - len(first))
+    chosen = np.unique(np.concatenate((first, after.ravel(), rest, [count - 1])))
+    return chosen[(chosen >= 0) & (chosen < count)]
+
+
+def _affine(vertices: Array, points: Array, floors_m: Array) -> tuple[bool, Array, Array]:
+    """Return the affine maps of points, (K, 3), to vertices, (T, K, 3): whether they are known, x and axes.
+
+    Of points in a plane, only a rotation is known; floors_m: of vertices, which show whether it is one, (T, 3).
+    """
+    nothing = np.zeros((len(vertices), 3)), np.zeros((len(vertices), 3, 3))
+    centred = points - points.mean(axis=0)
+    extent = np.linalg.svd(centred, compute_uv=False) if len(points) >= 3 else np.zeros(3)
+    if extent[1] <= FLAT * extent[0]:
+        return False, *nothing
+    if extent[2] <= FLAT * extent[0]:
+        poses = fitted_pose(vertices, points)
+        x, axes = poses[:, 0:3], rotation_matrix(poses[:, 3:7])
+        off = vertices - x[:, None] - np.einsum("tij,kj->tki", axes, points)
+        is_rigid = bool((np.abs(off) <= RIGID * floors_m[:, None]).all())
+        return (True, x, axes) if is_rigid else (False, *nothing)
+    full = np.column_stack((np.ones(len(points)), points))
+    maps = np.einsum("pk,tki->tpi", np.linalg.pinv(full), vertices)
+    return True, maps[:, 0], np.swapaxes(maps[:, 1:], 1, 2)
