@@ -59,6 +59,11 @@ class ResidualScale:
         floors_m = np.sqrt(np.square(self.floors_m) + np.square(single_m)[:, None] / 3)
         return ResidualScale(self.numbers, typical_floor(floors_m), self.size_m, floors_m)
 
+    def with_noise(self, noise_m: float) -> "ResidualScale":
+        """Return the scale with noise in each coordinate [m]."""
+        floors_m = np.sqrt(np.square(self.floors_m) + noise_m**2)
+        return ResidualScale(self.numbers, typical_floor(floors_m), self.size_m, floors_m)
+
     def is_within_floor(self, rms_m: float) -> bool:
         """Whether a residual is within the floor."""
         return rms_m <= EXPLAINED * self.floor_m

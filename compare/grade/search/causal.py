@@ -230,11 +230,17 @@ class CausalSearch:
                 every = self._single[until] = sorted(self._expanded(self._fitted(()), ALONE), key=_by_score)
                 found = list(filter(self._is_near, every))
             if not found:
-                return []
+                return self._noisy([each.mistakes for each in self._single.get(until, [])])
             found.sort(key=_by_score)
             whole = [candidate for candidate in found if candidate.is_whole]
             kept = [candidate.mistakes for candidate in found[:FITTED]]
         return whole
+
+    def _noisy(self, kept: Sequence[Mistakes]) -> list[Candidate]:
+        """Return those of some programs that leave nothing but noise of all rows, best first."""
+        self._begin(self._context.duration)
+        self._fit.is_free = False
+        return sorted(filter(lambda each: each.is_whole, map(self._fitted, kept[:FITTED])), key=_by_score)
 
     def _is_near(self, candidate: Candidate) -> bool:
         """Return whether what a program leaves of the rows is small enough to look at more of them."""
@@ -266,9 +272,10 @@ class CausalSearch:
         cost, is_whole = self._cost(mistakes), shells.is_whole(errors)
         if not is_whole and not self._is_double and shells.is_near(errors):
             is_whole = self._evaluator.is_within_floor(mistakes, errors, shells.times, shells.floors_m)
-        if self._until >= self._context.duration and (is_whole or shells.is_near(errors)):
+        looks_whole = is_whole or shells.is_near(errors) or shells.is_even(errors)
+        if self._until >= self._context.duration and looks_whole:
             explained = self._evaluator.explain(mistakes)
-            is_whole = explained.in_digits <= EXPLAINED if self._is_double else explained.within_floor
+            is_whole = explained.in_digits <= EXPLAINED if self._is_double else explained.is_whole
         return Candidate(mistakes, weight + cost, score + cost, is_whole)
 
     def _explored(self, begun: Sequence[Mistakes], then: Sequence[Mistakes] = ()) -> list[Candidate]:

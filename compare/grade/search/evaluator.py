@@ -8,6 +8,7 @@ import numpy as np
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.measure.errors import SampledRows
+from tumble.compare.grade.measure.noise import white_noise_m
 from tumble.compare.grade.measure.significance import (
     ResidualScale,
     autocorrelation,
@@ -29,6 +30,8 @@ OF_THE_BOUND = 0.5
 # A residual of so many floors, of the digits or of single precision, is only the error of the two simulations if it is
 # at most this share of what no mistake leaves.
 NEARLY_DIGITS, NEARLY_SINGLE, SMALL_SHARE = 4.0, 3.0, 1e-3
+# Noise of a coordinate that is no rounding, over the floor.
+NOISY = 1.0
 # Steps in a row interval that a program may take.
 PARTS = 200
 
@@ -55,7 +58,11 @@ class Evaluator:
         self.rows, self.points, self.single, self.is_known = sample, points, single, is_known
         self.trials = 0
         self._costs: dict[tuple[Hypothesis, bool], float] = {}
-        self.search_scale = self._with_single(stepwise(context.program, context.spacing_s / USUAL_STEPS))
+        scale = self._with_single(stepwise(context.program, context.spacing_s / USUAL_STEPS))
+        events = np.array([impulse.time for impulse in context.program.impulses])
+        noise_m = white_noise_m(sample.times, sample.vertices, events)
+        # Rounding is noise too, of a floor at most.
+        self.search_scale = scale.with_noise(noise_m) if noise_m > NOISY * scale.floor_m else scale
 
     def explain(self, mistakes: Mistakes) -> Explanation:
         """Return what mistakes leave of all rows, finely simulated.

@@ -19,6 +19,8 @@ FIRST, AFTER_AN_IMPULSE, ROWS = 10, 2, 56
 SHELLS = (1, 3, 6)
 # The residual of one shell may be this many times as large as that of all.
 OF_A_SHELL = 2.0
+# The mean square of noise in one shell is at most this many times that in another.
+EVEN = 10.0
 # Single precision of unusually short steps has up to so many times the effect of that of usual ones.
 NEAR = 10.0
 # A residual counts as at most this many times the body's size.
@@ -126,6 +128,11 @@ class Shells:
     def is_near(self, errors: Array) -> bool:
         """Return whether residuals, (T, K, 3), are small enough for single precision to be the reason."""
         return float(self.squares(errors[None]).max()) <= (NEAR * EXPLAINED) ** 2
+
+    def is_even(self, errors: Array) -> bool:
+        """Return whether residuals, (T, K, 3), are about as large in each shell of several rows, as noise is."""
+        squares = self.squares(errors[None])[0][self.sizes > SHELLS[0]]
+        return len(squares) > 0 and bool((squares.max(axis=0) <= EVEN * squares.min(axis=0)).all())
 
     def without_translation(self, errors: Array, like: Array | None = None) -> Array:
         """Return residuals without those of the centre that another start, acceleration or impulse would explain.

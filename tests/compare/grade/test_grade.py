@@ -188,7 +188,7 @@ def test_the_confusion_table_is_what_its_script_makes(number):
     assert (made.planted, made.values, made.named) == (shown["planted"], values, shown["named"])
 
 
-@pytest.mark.parametrize(("mistakes", "asked"), [(1, 0.95), (2, 0.85)])
+@pytest.mark.parametrize(("mistakes", "asked"), [(1, 0.9), (2, 0.6)])
 def test_the_confusion_table_says_what_its_rows_say(mistakes, asked):
     seen = [row for row in confusion_rows() if row["mistakes"] == str(mistakes) and row["seen"] == "True"]
     right = sum(row["right"] == "True" for row in seen)

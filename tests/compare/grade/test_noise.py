@@ -1,0 +1,53 @@
+"""Noise that rows show by themselves: how large it is, and that motion, rounding in steps and impulses are none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tumble.compare.grade.measure.noise import white_noise_m
+from tumble.scenarios.read import read_scene
+from tumble.scenarios.truth import truth
+
+SCENE = read_scene("two-hits")
+EVENTS = np.array([impulse.time for impulse in SCENE.impulses])
+
+
+def flown(rows: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and the true vertices of a body struck in flight."""
+    times = np.linspace(0.0, SCENE.duration, rows)
+    return times, truth(replace(SCENE, times=times[1:]), with_input_error=False).vertices[:, 0]
+
+
+@pytest.mark.parametrize("rows", [120, 400])
+def test_noise_is_measured_whatever_the_motion(rows):
+    times, vertices = flown(rows)
+    noise = 1e-4 * np.random.default_rng(3).standard_normal(vertices.shape)
+    # Of N differences, each of 9 rows, the median is known to some 2/sqrt(N coordinates).
+    assert white_noise_m(times, vertices + noise, EVENTS) == pytest.approx(1e-4, rel=0.35)
+
+
+def test_motion_alone_is_no_noise():
+    assert white_noise_m(*flown(60), EVENTS) == 0.0
+
+
+def test_rows_half_a_turn_apart_are_no_noise():
+    times = np.linspace(0.0, 1.0, 60)
+    angle = 3.1 / times[1] * times
+    places = np.column_stack((np.cos(angle), np.sin(angle), 0 * angle))
+    assert white_noise_m(times, places[:, None], np.empty(0)) == 0.0
+
+
+def test_an_impulse_is_no_noise_and_hides_none():
+    times, vertices = flown(200)
+    noise = 1e-5 * np.random.default_rng(5).standard_normal(vertices.shape)
+    assert white_noise_m(times, vertices + noise, np.empty(0)) == pytest.approx(1e-5, rel=0.35)
+
+
+def test_too_few_or_uneven_rows_show_none():
+    times, vertices = flown(200)
+    random = np.random.default_rng(9)
+    noisy = vertices + 1e-3 * random.standard_normal(vertices.shape)
+    assert white_noise_m(times[:15], noisy[:15], EVENTS) == 0.0
+    uneven = np.sort(random.uniform(0.0, SCENE.duration, len(times)))
+    assert white_noise_m(uneven, noisy, EVENTS) == 0.0
