@@ -385,7 +385,7 @@ def parser() -> Parser:
     grade.add_argument(
         "--search",
         type=seconds,
-        default=2.5,
+        default=2.0,
         metavar="S",
         help="processor time after which the search stops with the best cause so far [s] (default: %(default)g)",
     )

@@ -79,7 +79,7 @@ RIGHT_IF_ONE, RIGHT_IF_SEVERAL = 0.98, 0.87
 MUCH_BY_SINGLE, MOST_IF_OPEN = 10.0, 2
 
 # Processor time after which a search stops [s].
-SEARCH_S = 2.5
+SEARCH_S = 2.0
 # The tasks that take long: reading rows, the truth, the search.
 TASKS = 3
 

@@ -92,7 +92,7 @@ def diagnosed(
         if not explained:
             return replace(_ranked(evaluator, null, []), is_open=not evaluator.is_within_single_steps())
     if not (explained and explained[0].within_floor):
-        if explained:
+        if explained and explained[0].max_m < null.max_m:
             on_nearest(explained[0])
         found = search.candidates(begun_at + SEARCHED * search_s, on_progress)
         explained += [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
