@@ -306,8 +306,8 @@ def main() -> None:
     parser.add_argument("scenes", type=int, nargs="?", default=SCENES, help=f"how many of the {SCENES} scenes")
     rows = list(all_rows(parser.parse_args().scenes))
     write_whole(DOCS / "confusion.csv", csv_text(frame(Table("", ConfusionRow), rows)))
-    _, heading, second = (DOCS / "confusion.md").read_text(encoding="utf-8").partition("## Held out")
-    write_whole(DOCS / "confusion.md", page(rows) + f"\n{heading}{second}")  # tools/heldout.py makes the second half
+    _, heading, second = (DOCS / "confusion.md").read_text(encoding="utf-8").partition("## Random programs")
+    write_whole(DOCS / "confusion.md", page(rows) + f"\n{heading}{second}")  # made by others
     (DOCS / "confusion.png").write_bytes(reduced(picture(rows)))
 
 
