@@ -96,6 +96,8 @@ def diagnosed(
             on_nearest(explained[0])
         found = search.candidates(begun_at + SEARCHED * search_s, on_progress)
         explained += [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
+        if not any(each.is_whole for each in explained):
+            explained += engine_search.short_defaults(thread_time() + least_s)
     explained.sort(key=by_weight)
     explained += _of_double(evaluator, explained, max(begun_at + SEARCHED * search_s, thread_time() + least_s))
     explained.sort(key=by_weight)

@@ -10,6 +10,7 @@ from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.closing import Closing
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.proposals import STEPS
+from tumble.compare.grade.search.simulations import SearchStopped
 
 # Steps in a row interval that are tried.
 MOST_OF_A_ROW = 4
@@ -36,6 +37,20 @@ class EngineSearch:
         if not (found and found[0].within_floor):  # what is late, early or a force comes after what is none of these
             found += self._closest(one for one in own if one.late or one.impulse_as_force)
         return sorted(found, key=lambda one: one.weight)[:FINALISTS]
+
+    def short_defaults(self, stops_at: float) -> list[Explanation]:
+        """Return the best explanations by an engine's defaults in shorter steps, until a processor time [s]."""
+        context = self._evaluator.context
+        shortest = context.spacing_s / MOST_OF_A_ROW * (1 - NEAR)
+        own = [one for one in engine_runs(context, self._engines) if one.step * one.scheme.substeps < shortest]
+        plain = [one for one in own if not one.late and not one.impulse_as_force]
+        self._search.stop_at(stops_at)
+        try:
+            return self._closest(plain)
+        except SearchStopped:
+            return []
+        finally:
+            self._search.look_at_all()
 
     def fitting(self, best: Explanation, closing: Closing) -> tuple[str, ...]:
         """Return the engines that fit as well as the best explanation, at its step; with shifted rows last."""
