@@ -272,8 +272,8 @@ class CausalSearch:
         cost, is_whole = self._cost(mistakes), shells.is_whole(errors)
         if not is_whole and not self._is_double and shells.is_near(errors):
             is_whole = self._evaluator.is_within_floor(mistakes, errors, shells.times, shells.floors_m)
-        looks_whole = is_whole or shells.is_near(errors) or shells.is_even(errors)
-        if self._until >= self._context.duration and looks_whole:
+        is_all = self._until >= self._context.duration
+        if is_all and (is_whole or shells.is_near(errors) or shells.is_even(errors)):
             explained = self._evaluator.explain(mistakes)
             is_whole = explained.in_digits <= EXPLAINED if self._is_double else explained.is_whole
         return Candidate(mistakes, weight + cost, score + cost, is_whole)

@@ -82,7 +82,7 @@ def diagnosed(
     """
     begun_at, least_s = thread_time(), (1 - SEARCHED) * search_s
     null = evaluator.explain(())
-    if null.within_floor and evaluator.is_within_digits():
+    if null.within_floor and null.in_digits <= EXPLAINED:
         return _ranked(evaluator, null, [])
     search = CausalSearch(evaluator)
     engine_search, closing = EngineSearch(evaluator, search, engines), Closing(evaluator, search)

@@ -30,9 +30,7 @@ class EngineSearch:
 
         It is empty if rows are so dense that no engine's step between them can be simulated.
         """
-        context = self._evaluator.context
-        shortest = context.spacing_s / MOST_OF_A_ROW * (1 - NEAR)
-        own = [one for one in engine_runs(context, self._engines) if one.step * one.scheme.substeps >= shortest]
+        own = self._runs(short=False)
         found = self._closest(one for one in own if not one.late and not one.impulse_as_force)
         if not (found and found[0].within_floor):  # what is late, early or a force comes after what is none of these
             found += self._closest(one for one in own if one.late or one.impulse_as_force)
@@ -40,10 +38,7 @@ class EngineSearch:
 
     def short_defaults(self, stops_at: float) -> list[Explanation]:
         """Return the best explanations by an engine's defaults in shorter steps, until a processor time [s]."""
-        context = self._evaluator.context
-        shortest = context.spacing_s / MOST_OF_A_ROW * (1 - NEAR)
-        own = [one for one in engine_runs(context, self._engines) if one.step * one.scheme.substeps < shortest]
-        plain = [one for one in own if not one.late and not one.impulse_as_force]
+        plain = [one for one in self._runs(short=True) if not one.late and not one.impulse_as_force]
         self._search.stop_at(stops_at)
         try:
             return self._closest(plain)
@@ -68,6 +63,13 @@ class EngineSearch:
             if named or (force and not self._evaluator.context.program.impulses):
                 return tuple(dict.fromkeys(named))
         return ()
+
+    def _runs(self, short: bool) -> list[SteppedScheme]:
+        """Return the engines' schemes in steps of which at most a few are in a row interval, or in shorter ones."""
+        context = self._evaluator.context
+        shortest = context.spacing_s / MOST_OF_A_ROW * (1 - NEAR)
+        every = engine_runs(context, self._engines)
+        return [one for one in every if (one.step * one.scheme.substeps < shortest) == short]
 
     def _closest(self, runs: Iterable[SteppedScheme]) -> list[Explanation]:
         every: list[Mistakes] = list(map(self._mistakes, runs))

@@ -116,11 +116,6 @@ class Evaluator:
         errors = self._errors(self.context.program)
         return scale.is_within_floor(root_mean_square(scale.weighted(errors)))
 
-    def is_within_digits(self) -> bool:
-        """Return whether the rows are right without single precision."""
-        errors = self._errors(self.context.program)
-        return self.scale.is_within_floor(root_mean_square(self.scale.weighted(errors)))
-
     def _errors(self, program: ProgramModel) -> Array:
         """Return what a finely simulated program leaves of all rows [m], (S, K, 3)."""
         pose = program.output(self.rows.times, FINE)
