@@ -187,7 +187,7 @@ GYROSCOPIC = {
     "explicit": "explicit",
     "implicit": "implicit",
     "rescaled": "rescaled",
-    "Lacoursiere": "ode",
+    "Lacoursiere": "backward",
     "midpoint": "midpoint",
     "momentum": "momentum",
     "midpoint, turned by the new": "midpoint, then new",

@@ -46,7 +46,7 @@ GYROSCOPIC = {
     "explicit": (EXPLICIT, "explicit gyroscopic term"),
     "implicit": (IMPLICIT, "implicit gyroscopic term"),
     "rescaled": (RESCALED, "explicit gyroscopic term with the angular momentum rescaled to its old length"),
-    "ode": (BACKWARD, "gyroscopic term as in ODE, (I - dt [L]) w' = L"),
+    "backward": (BACKWARD, "gyroscopic term as in ODE, (I - dt [L]) w' = L"),
     "midpoint": (MIDPOINT, "gyroscopic term by the midpoint rule"),
     "momentum": (EXPLICIT, "angular momentum stored"),
     "midpoint, then new": (MIDPOINT_BY_NEW, "gyroscopic term by the midpoint rule, attitude rotated by the new w"),
@@ -159,7 +159,7 @@ ENGINES = (
     EngineScheme("ammo.js, read from the body", "none", "exponential", max_turn=QUARTER_TURN),
     EngineScheme("ammo.js, read through a motion state", "none", "exponential", late=True, max_turn=QUARTER_TURN),
     EngineScheme("ammo.js at its own step", "none", "exponential", step=1 / 60, late=True, interpolated=True),
-    EngineScheme("ODE", "ode", "first order"),
+    EngineScheme("ODE", "backward", "first order"),
     EngineScheme(
         "Godot 3 (Bullet)",
         "implicit",

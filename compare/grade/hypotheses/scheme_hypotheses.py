@@ -35,7 +35,7 @@ from tumble.compare.grade.model.program_model import Clock, ImpulseApplication, 
 
 # Parts of steps that engines and textbooks have, and the weight that it costs to assume another one.
 USUAL = frozenset(
-    {"", "none", "explicit", "implicit", "rescaled", "momentum", "midpoint", "ode", "exponential", "first order"}
+    {"", "none", "explicit", "implicit", "rescaled", "momentum", "midpoint", "backward", "exponential", "first order"}
 )
 UNUSUAL, LIKELY = 4.0, 1.0
 # Parts of steps that rotate the body about another axis than the stored angular velocity: it matters whether its
