@@ -160,6 +160,7 @@ def test_a_task_that_ends_every_worker_is_a_row_and_its_neighbours_are_run(most,
 def test_results_that_ended_with_their_worker_are_asked_for_again(workers, engine, monkeypatch):
     from patience import until  # workers, which import this file, do not find it
 
+    workers.client.wait_for_workers(2)  # a test before may have ended one
     taken, ended = Sending._results, []
 
     def after_its_workers_ended(sending: Sending, future: Any) -> Any:
