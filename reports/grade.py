@@ -110,7 +110,7 @@ def headline(grade: Grade) -> str:
     if grade.verdict == EXPLAINED_PARTLY:
         return f"{wrong} Best partial explanation: {best}."
     if diagnosis.engines:
-        return f"{wrong} It is {defaults_of(diagnosis.engines)}."
+        return f"{wrong} Most likely cause: {best}. That is {defaults_of(diagnosis.engines)}."
     return f"{wrong} {'One of several equally good explanations' if diagnosis.alike else 'Most likely cause'}: {best}."
 
 

@@ -56,6 +56,9 @@ def test_what_is_right_is_called_correct(capsys, tmp_path, right):
 def test_an_engine_of_first_order_is_recognised_with_its_step(capsys, tmp_path):
     fly("mujoco:euler", tmp_path / "euler.csv")
     _, out, _ = grade(capsys, str(tmp_path / "euler.csv"), "--scene", "brick-tumble")
+    first = " ".join(out.split())[: len(out) // 3]
+    assert "Most likely cause: symplectic Euler with a step of 0.002 s" in first, "also for whoever knows no engine"
+    assert "That is the default of MuJoCo (Euler), DART and" in first
     assert "This is the default of MuJoCo (Euler), DART and" in out
     assert "symplectic Euler with a step of 0.002 s, explicit gyroscopic term" in out
 
