@@ -99,7 +99,10 @@ def headline(grade: Grade) -> str:
     if grade.verdict == TOO_LITTLE and diagnosis is not None and diagnosis.is_open:
         return f"{wrong} Single precision in short steps would explain that, and so may a mistake."
     if grade.verdict == TOO_LITTLE and diagnosis is not None and diagnosis.null.within_floor:
-        return f"{wrong} Its printed digits allow about as much, {length(m.half_m)}: too little to find the cause."
+        return (
+            f"{grade.file} is nearly right: {largest}, and its printed digits allow about as much, {length(m.half_m)}. "
+            "What is beyond them is too little to find a cause."
+        )
     if grade.verdict == TOO_LITTLE and grade.hidden_by_single:
         return f"{wrong} If the program uses single precision, that is why; print 9 digits to show it."
     if diagnosis is None or grade.verdict == TOO_LITTLE:
