@@ -38,7 +38,7 @@ def diagnosis_rows(grade: Grade) -> Iterator[DiagnosisRow]:
         return
     engines = " | ".join(diagnosis.engines)
     for rank, explanation in enumerate(best, 1):
-        for mistake, parameter, value, unit in _values(explanation):
+        for mistake, parameter, value, unit in values(explanation):
             yield DiagnosisRow(
                 file=grade.file,
                 verdict=grade.verdict,
@@ -60,7 +60,7 @@ def parameters(hypothesis: Hypothesis) -> Iterator[tuple[str, str]]:
             yield detail, ""
 
 
-def _values(explanation: Explanation) -> Iterator[tuple[str, str, str, str]]:
+def values(explanation: Explanation) -> Iterator[tuple[str, str, str, str]]:
     """Yield mistake, parameter, value and unit."""
     for mistake in explanation.mistakes:
         hypothesis = mistake.hypothesis
@@ -70,7 +70,7 @@ def _values(explanation: Explanation) -> Iterator[tuple[str, str, str, str]]:
 
 
 def _parameter(hypothesis: Hypothesis) -> str:
-    if hypothesis.scale:
+    if hypothesis.scale or hypothesis.value:
         return VECTOR
     if hypothesis.choices:
         return CHOICE
@@ -83,8 +83,8 @@ def _parameter(hypothesis: Hypothesis) -> str:
 
 def _value(mistake: Mistake) -> str:
     hypothesis = mistake.hypothesis
-    if hypothesis.scale:
-        return " ".join(f"{number:.9g}" for number in mistake.value)
+    if hypothesis.scale or hypothesis.value:
+        return " ".join(f"{number:.9g}" for number in hypothesis.value or mistake.value)
     if hypothesis.choices:
         return hypothesis.choices[int(mistake.value)]
     return f"{mistake.value:.9g}" if "{}" in hypothesis.text else ""

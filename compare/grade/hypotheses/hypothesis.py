@@ -101,7 +101,8 @@ class Hypothesis:
     logged times and from the times whose states are nearest to the rows [s], (S,), (S,); None if the run is smooth.
     variant: differs little from the hypothesis of the same name before it.  rare: in combinations, refined only if its
     first values help.  unit: of the value.  details: further parameters for tables.  from_data: numbers that were taken
-    from the file itself.  scale: if the value is several numbers, which begin at 0, what they are compared with.
+    from the file itself; value: these numbers, for tables.  scale: if the value is several numbers, which begin at 0,
+    what they are compared with.
     at_ticks: a time that takes effect at a tick of a program in steps.  neutral: the value that changes nothing, if a
     small deviation from it has an effect in proportion.  unlikely: weight that it costs to assume it, beyond others.
     vague: it explains a part of almost any error.  limits: what its value limits, "velocity" or "spin".
@@ -121,6 +122,7 @@ class Hypothesis:
     unit: str = ""
     details: tuple[tuple[str, str], ...] = ()
     from_data: int = 0
+    value: tuple[float, ...] = ()
     scale: float = 0.0
     at_ticks: bool = False
     neutral: float | None = None

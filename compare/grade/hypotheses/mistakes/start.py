@@ -43,12 +43,22 @@ def start(context: Context) -> Iterator[Hypothesis]:
         x, q = first[:3], first[3:]
         text = f"start position x = {_numbers(x)} m differs from the scene"
         changes.append(("wrong-start-position", "start position", text, POSITION, x))
-        text = f"start attitude {_numbers(q)} differs from the scene"
+        text = f"start attitude {_numbers(quaternion_product(q, file_axes))} differs from the scene"
         changes.append(("wrong-start-attitude", "start attitude", text, ATTITUDE, q))
     for name, part, text, place, value in changes:
         if _differs(program.start[place], value, place):
-            from_data = 3 if name.startswith("wrong") else 0
-            yield Hypothesis(name, part, text, _set(place, value), rare=True, from_data=from_data)
+            taken = name.startswith("wrong")  # from the first row
+            in_file = quaternion_product(value, file_axes) if place == ATTITUDE else value
+            yield Hypothesis(
+                name,
+                part,
+                text,
+                _set(place, value),
+                rare=True,
+                unit="m" if taken and place == POSITION else "",
+                from_data=3 if taken else 0,
+                value=tuple(in_file.tolist()) if taken else (),
+            )
     if context.has_centre:
         size = float(np.linalg.norm(np.ptp(context.scene.body.points, axis=0)))
         yield Hypothesis(

@@ -1,0 +1,59 @@
+"""A start that differs from the scene is reported with what the file has, in the file's axes."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from tumble.__main__ import main
+from tumble.compare.grade.model.program_model import FINE, correct_program
+from tumble.scenarios.read import read_scene
+
+# Products of inertia: the principal axes are not those of the file.
+SKEWED = """
+title = "Skewed body in the air"
+duration = 1.0
+samples = 25
+step = 0.001
+[body]
+shape = "rigid"
+mass = 1.7
+inertia = [[0.03, 0.004, -0.002], [0.004, 0.04, 0.003], [-0.002, 0.003, 0.05]]
+points = [[0.3, 0, 0], [-0.3, 0, 0.1], [0, 0.2, 0], [0, -0.2, 0.1], [0, 0, 0.2]]
+position = [0.2, 1.0, -0.4]
+orientation = [0.9, 0.1, -0.3, 0.3]
+velocity = [0.4, 2.0, -0.7]
+angular_velocity = [1.0, 2.0, -0.5]
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "value"),
+    [
+        ("wrong-start-position", slice(0, 3), (0.3, 1.25, -0.4)),
+        ("wrong-start-attitude", slice(3, 7), (0.5, -0.1, 0.7, 0.5)),
+    ],
+)
+def test_the_value_is_what_the_first_row_has(name, place, value, tmp_path, capsys):
+    (tmp_path / "skewed.toml").write_text(SKEWED)
+    scene = read_scene(str(tmp_path / "skewed.toml"))
+    program = correct_program(scene, 0)
+    state = program.start.copy()
+    q = np.array(value)
+    if place.start == 3:  # the principal axes with the file's axes in them
+        w, xyz = scene.body.file_axes[0], -np.array(scene.body.file_axes[1:])
+        q = np.array([q[0] * w - q[1:] @ xyz, *(q[0] * xyz + w * q[1:] + np.cross(q[1:], xyz))])
+    state[place] = q
+    times = np.linspace(0.0, 1.0, 26)
+    pose = program.but(start=state).output(times, FINE)
+    assert (pose.x[0] if place.start == 0 else pose.q[0]) == pytest.approx(np.array(value), abs=1e-12)
+    rows = np.column_stack((times, pose.x, pose.q))
+    np.savetxt(
+        tmp_path / "a.csv", rows, "%.12g", ",", header="t_s,x_m,y_m,z_m,qw,qx,qy,qz", comments="", encoding="utf-8"
+    )
+    assert main(["grade", str(tmp_path / "a.csv"), "--scene", str(tmp_path / "skewed.toml"), "-o", str(tmp_path)]) == 0
+    assert ", ".join(f"{number:.4g}" for number in value) in capsys.readouterr().out
+    with (tmp_path / "diagnosis.csv").open(encoding="utf-8") as file:
+        found = [row for row in csv.DictReader(file) if row["mistake"] == name]
+    assert [(row["parameter"], row["unit"]) for row in found] == [("vector", "m" if place.start == 0 else "")]
+    assert [float(number) for number in found[0]["value"].split()] == pytest.approx(value, abs=1e-9)
