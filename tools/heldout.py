@@ -1,4 +1,4 @@
-"""Makes the second half of docs/confusion.md, and heldout.csv: mistakes and engines that the search was not tuned on.
+"""Makes the second half of docs/confusion.md, heldout.csv, and the README's figures: what the search was not tuned on.
 
     .venv/bin/python -m tools.heldout [FOLDER ...]
 
@@ -8,6 +8,7 @@ FOLDER, laid out as tools/foreign.py reads it, are graded, some also without the
 It takes ten minutes on two cores.
 """
 
+import re
 import sys
 from argparse import ArgumentParser
 from collections import Counter
@@ -162,8 +163,7 @@ def half(rows: Sequence[HeldOutRow]) -> str:
         [row for row in rows if row.source == source] for source in (UNNAMED, NAMED, ENGINE, LEFT_OUT)
     )
     honest = sum(row.outcome in (NEAREST, UNEXPLAINED) for row in unnamed)
-    firm = [row for row in (*unnamed, *named, *left_out) if row.verdict == EXPLAINED_WHOLLY]
-    false = [row for row in firm if row.outcome.startswith("wrong")]
+    files, firm, right = confident(rows)
     lines = [
         HEADING,
         "",
@@ -171,8 +171,8 @@ def half(rows: Sequence[HeldOutRow]) -> str:
         "planted mistakes, shares no code with the models that recognise them. Answers are in the words of the release",
         "that made the table.",
         "",
-        f"**Confident answers**: of {len(unnamed) + len(named) + len(left_out)} files of planted mistakes and of",
-        f"engines without their line in the table, {len(firm)} were explained, {len(firm) - len(false)} of them",
+        f"**Confident answers**: of {files} files of planted mistakes and of",
+        f"engines without their line in the table, {firm} were explained, {right} of them",
         "correctly. There are too few for a better estimate of the odds.",
         "",
         f"**Mistakes without a name in `tumble grade`**: {len(MISTAKES)}, on {len(SCENES)} scenes each, written with",
@@ -196,6 +196,22 @@ def half(rows: Sequence[HeldOutRow]) -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
+def confident(rows: Sequence[HeldOutRow]) -> tuple[int, int, int]:
+    """Return the number of held-out files, of those called explained, and of those of them that are right."""
+    held_out = [row for row in rows if row.source != ENGINE]
+    firm = [row for row in held_out if row.verdict == EXPLAINED_WHOLLY]
+    return len(held_out), len(firm), sum(not row.outcome.startswith("wrong") for row in firm)
+
+
+def in_readme(page: str, rows: Sequence[HeldOutRow]) -> str:
+    """Return the README with the figures of held-out files."""
+    files, firm, right = confident(rows)
+    page, count = re.subn(r"on \d+ held-out files", f"on {files} held-out files", page)
+    page, counted = re.subn(r"\d+ of \d+ confident answers", f"{right} of {firm} confident answers", page)
+    assert (count, counted) == (1, 1)
+    return page
+
+
 def main() -> None:
     """Write the table and the second half of the page."""
     parser = ArgumentParser(
@@ -209,6 +225,7 @@ def main() -> None:
     page = DOCS / "confusion.md"
     first, _, _ = page.read_text(encoding="utf-8").partition(HEADING)
     write_whole(page, f"{first.rstrip()}\n\n{half(made)}")
+    write_whole(ROOT / "README.md", in_readme((ROOT / "README.md").read_text(encoding="utf-8"), made))
 
 
 if __name__ == "__main__":

@@ -50,6 +50,21 @@ def test_what_was_told_firmly_of_what_is_held_out_was_right_as_the_pages_say(sho
         assert said in page.read_text(encoding="utf-8"), page
 
 
+def test_the_readme_has_the_figures_of_the_rows():
+    def row(source, verdict, outcome):
+        return heldout.HeldOutRow(source, "", "", outcome, verdict, "", 1.0, None)
+
+    rows = [
+        row(heldout.NAMED, heldout.EXPLAINED_WHOLLY, heldout.RIGHT),
+        row(heldout.UNNAMED, heldout.EXPLAINED_WHOLLY, heldout.WRONG),
+        row(heldout.LEFT_OUT, "not explained", heldout.UNEXPLAINED),
+        row(heldout.ENGINE, heldout.EXPLAINED_WHOLLY, heldout.RIGHT),
+    ]
+    made = heldout.in_readme((DOCS.parent / "README.md").read_text(encoding="utf-8"), rows)
+    assert "on 3 held-out files" in made
+    assert "1 of 2 confident answers" in made
+
+
 def test_the_spoilt_program_is_right_but_for_its_mistake(tmp_path):
     """What is judged is the mistake, not the program: without one its file is correct to its digits."""
     scene = heldout.SCENES["struck"]
