@@ -12,7 +12,7 @@ import pytest
 from drawn_brick import BRICK
 
 from tools.random_programs import __main__ as command
-from tools.random_programs import contact, dialect, drawn_scenes, scheme
+from tools.random_programs import contact, dialect, drawn_scenes, measurement, scheme
 from tools.random_programs import program as programs
 from tools.random_programs.dialect import AXES, EULER, MATRIX, VERTICES, Dialect
 from tools.random_programs.gyroscopic import SCHEMES
@@ -130,7 +130,84 @@ def test_the_noise_is_what_digits_and_precision_leave():
         assert moved.max() > 0.1 * truth.noise_m.max()
     single = Case(0, 0, BRICK, right(BRICK).with_scheme(single=True), Dialect(9))
     assert truth_of(single).noise_m[-1] > 10 * truth_of(replace(single, program=right(BRICK))).noise_m[-1]
-    assert truth_of(single).error < programs.SEEN
+    assert truth_of(single).error < programs.DIGITS.seen
+
+
+# --- measurement noise ----------------------------------------------------------------------------------------------
+
+CORNERS = tuple(range(8))
+
+
+def read_back(case, rows):
+    """Return the vertices in the file of a case, in poses or vertices of ten digits."""
+    cells = [line.split(",") for line in case.text(rows).splitlines()[1:]]
+    printed = np.array(cells, float)[:, 1:]
+    if case.dialect.kind == VERTICES:
+        return printed.reshape(len(printed), -1, 3)
+    return replace(rows, x=printed[:, :3], q=printed[:, 3:7]).vertices
+
+
+@pytest.mark.parametrize("own", [Dialect(10), Dialect(10, kind=VERTICES, vertices=CORNERS)], ids=str)
+def test_a_measured_file_has_the_noise_that_is_said(own):
+    """On the whole: no offset, the right size, another draw in each file, and the same when drawn again."""
+    case = Case(0, 3, replace(BRICK, duration=10.0), right(BRICK), own, noise=1e-3)
+    truth = truth_of(case)
+    moved = read_back(case, truth.rows) - truth.rows.vertices
+    size_m = np.sqrt(np.square(moved).sum(axis=2).mean())
+    assert size_m == pytest.approx(np.median(truth.noise_m), rel=0.1)
+    assert size_m == pytest.approx(1e-3 * np.ptp(BRICK.points, axis=0).max() * np.sqrt(3), rel=0.5)
+    assert np.abs(moved.mean(axis=0)).max() < 0.3 * size_m
+    assert case.text(truth.rows) == case.text(truth.rows) != replace(case, number=1).text(truth.rows)
+
+
+def test_a_measured_matrix_has_the_noise_of_its_quaternion():
+    """Angles and matrices are written of the same pose; the rows of a mistake in the matrix stay mistaken."""
+    truth = truth_of(Case(0, 3, BRICK, right(BRICK), Dialect(10)))
+    rows = replace(truth.rows, own_axes=1.1 * truth.rows.axes)
+    noisy = measurement.measured(rows, BRICK, 1e-3, False, np.random.default_rng(1))
+    assert noisy.own_axes == pytest.approx(1.1 * replace(noisy, own_axes=None).axes, abs=1e-12)
+    assert 1e-4 < np.abs(noisy.own_axes - rows.own_axes).max() < 1e-2
+
+
+def test_a_fifth_of_the_programs_is_measured_over_the_whole_range():
+    random = np.random.default_rng(5)
+    noises = np.array([measurement.drawn(random) for _ in range(4000)])
+    some = noises[noises > 0]
+    assert len(some) == pytest.approx(0.2 * len(noises), rel=0.15)
+    assert (some.min(), some.max()) == (pytest.approx(1e-5, rel=0.1), pytest.approx(1e-3, rel=0.1))
+    assert (some < 1e-4).mean() == pytest.approx(0.5, abs=0.06)
+
+
+def test_cases_with_noise_and_without_are_drawn():
+    cases = [programs.drawn(number, 9, CATALOGUE)[0] for number in range(25)]
+    assert {bool(case.noise) for case in cases} == {False, True}
+    assert not any(case.dialect.velocities for case in cases if case.noise)
+
+
+def test_a_mistake_below_three_times_the_noise_does_not_count_as_planted():
+    """The root mean square over rows and vertices: a velocity of 0.1 m/s along z moves all by 0.1 t, 58 mm in 1 s."""
+    still = replace(BRICK, gravity=np.zeros(3), w=np.zeros(3), v=np.array((0.0, 0.0, 0.1)), duration=1.0)
+    program = Program(Scheme(0.001, 0.01, "order 4"), (Planted("start velocity missing"),))
+    size_m = np.ptp(BRICK.points, axis=0).max()
+
+    def planted(times):
+        noise = 0.1 / np.sqrt(3) / (np.sqrt(3) * size_m * times)
+        case = Case(0, 0, still, program, Dialect(9, kind=VERTICES, vertices=CORNERS), noise=noise)
+        (fact,) = (fact for fact in truth_of(case).significant or truth_of(case).facts if fact.mistake)
+        return fact.effect, bool(truth_of(case).significant)
+
+    assert planted(2.9) == (pytest.approx(2.9, rel=0.02), False)
+    assert planted(3.1) == (pytest.approx(3.1, rel=0.02), True)
+
+
+def test_a_right_program_with_noise_is_correct_to_its_noise(tmp_path):
+    for own in (Dialect(7), Dialect(7, kind=VERTICES, vertices=CORNERS)):
+        case = Case(0, 0, replace(BRICK, duration=2.0), right(BRICK), own, noise=1e-4)
+        truth = truth_of(case)
+        answer = contact.graded(*command.written(case, truth, tmp_path))
+        assert truth.error < programs.MEASUREMENT.seen
+        assert answer.verdict == "correct to its noise"
+        assert np.median(truth.noise_m) < answer.max_error_m < 6 * np.median(truth.noise_m)
 
 
 # --- every scheme converges, at its order ---------------------------------------------------------------------------
@@ -377,7 +454,7 @@ def test_what_is_not_to_be_seen_is_said():
         program = Program(replace(own, damping=Damping(damping)))
         return {fact.label: fact.effect for fact in truth_of(Case(0, 0, scene, program, Dialect(digits))).facts}
 
-    assert facts(cube)["gyroscopic term missing"] < programs.SEEN
+    assert facts(cube)["gyroscopic term missing"] < programs.DIGITS.seen
     assert facts(BRICK)["gyroscopic term missing"] > 1e5
     assert facts(BRICK, damping=0.01)["linear damping"] == pytest.approx(0.1 * facts(BRICK)["linear damping"], rel=0.1)
     assert facts(BRICK, digits=6)["linear damping"] == pytest.approx(1e-3 * facts(BRICK)["linear damping"], rel=0.7)

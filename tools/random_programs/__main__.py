@@ -1,11 +1,12 @@
 """Draws random programs, runs `tumble grade` on their files, and counts how often it is right.
 
-    .venv/bin/python -m tools.random_programs [--count 300] [--seed N | --seed date] [-o FOLDER] [--processes 2]
+    .venv/bin/python -m tools.random_programs [--count 300] [--seed N | --seed date] [-o FOLDER] [--docs]
 
 The seed is new in every run and printed.  FOLDER gets `random-programs.csv` and `random-programs.md`, and in `files/`
 the file, the scene, the true facts and the answer of each program.  `--only 17` draws and grades that program alone and
 prints its details; `--draw` grades nothing; `--evaluate` evaluates the answers stored in FOLDER again, and grades only
-files that have changed.
+files that have changed; `--docs` writes the figures
+into docs/confusion.md and docs/grade.md.
 """
 
 import argparse
@@ -23,13 +24,14 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from tools.random_programs import contact, names, program, scene, score, table
+from tools.random_programs import contact, names, pages, program, scene, score, table
 from tools.random_programs.contact import Answer
 from tools.random_programs.dialect import Dialect
 from tools.random_programs.program import Case, Program, Truth
 from tools.random_programs.scene import Scene, Tether
 from tools.random_programs.scheme import Scheme
 
+DOCS = Path(__file__).parents[2] / "docs"
 DRAW, GRADE, EVALUATE = "draw", "grade", "evaluate"
 Job = tuple[int, int, dict[str, Scene], Path, str]
 
@@ -39,7 +41,7 @@ def written(case: Case, truth: Truth, folder: Path) -> tuple[Path, Path, list[st
     name = f"{case.number:04d}"
     file = folder / f"{name}.{'jsonl' if case.dialect.json else 'csv'}"
     options = case.dialect.options(truth.rows)
-    file.write_text(case.dialect.text(truth.rows), encoding="utf-8")
+    file.write_text(case.text(truth.rows), encoding="utf-8")
     scene.save(case.scene, folder / f"{name}.toml")
     about = {
         "seed": case.seed,
@@ -48,6 +50,7 @@ def written(case: Case, truth: Truth, folder: Path) -> tuple[Path, Path, list[st
         "scheme": asdict(case.program.scheme),
         "mistakes": [asdict(planted) for planted in case.program.planted],
         "dialect": asdict(case.dialect),
+        "noise": case.noise,
         "max_error_m": truth.error_m,
         "error_over_noise": truth.error,
         "facts": [asdict(fact) for fact in truth.facts],
@@ -81,6 +84,8 @@ def row_of(case: Case, truth: Truth, answer: Answer) -> table.Row:
         answer.confidence,
         answer.cpu_s,
         len(truth.rows.t),
+        case.noise,
+        float(np.median(truth.noise_m)),
         case.dialect.digits,
         "single" if own.single else "double",
         case.dialect.kind,
@@ -113,6 +118,8 @@ def done(job: Job) -> tuple[table.Row | None, str]:
 def about(case: Case, truth: Truth, row: table.Row | None) -> str:
     """Return the details of a case in lines."""
     lines = [f"program {case.number} of seed {case.seed}: {case.scene.name}, {case.program.scheme}", f"{case.dialect}"]
+    if case.noise:
+        lines.append(f"measured with noise of {case.noise:g} of the body's size")
     lines.append(f"{len(truth.rows.t)} rows, off by {truth.error_m:.3g} m, {truth.error:.3g} times the noise")
     lines += [f"  true: {fact}" for fact in truth.facts]
     if row:
@@ -182,6 +189,7 @@ def options_of(words: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.set_defaults(what=GRADE)
     parser.add_argument("--processes", type=int, default=2, help="programs graded in parallel (default: 2)")
+    parser.add_argument("--docs", action="store_true", help="write the figures into docs/")
     parser.add_argument("-o", "--output", type=Path, help="folder for the tables and files")
     return parser.parse_args(words)
 
@@ -213,6 +221,10 @@ def main(words: Sequence[str] | None = None) -> int:
         if options.output:
             (options.output / "random-programs.csv").write_text(table.csv_text(rows), encoding="utf-8")
             (options.output / "random-programs.md").write_text(page, encoding="utf-8")
+        if options.docs:
+            for name, change in (("confusion.md", pages.in_confusion), ("grade.md", pages.in_guide)):
+                (DOCS / name).write_text(change((DOCS / name).read_text("utf-8"), rows, seed), encoding="utf-8")
+            (DOCS / "random-programs.csv").write_text(table.csv_text(rows), encoding="utf-8")
         say(page)
     failed = [row for row in rows if row.failure]
     for row in failed:

@@ -285,14 +285,9 @@ def step_fits(claim: Claim, params: Params) -> bool:
     )
 
 
-# --- back: a claim as a mistake of this package ---------------------------------------------------------------------
-
-# Labels whose parameters are the one that a claim has, and the key of it; "" where there is none.
+# Names that mean one kind of mistake of this package, and the parameter of it that they have; "" where there is none.
 BACK: Mapping[str, tuple[str, str]] = {
-    entry.name: (label, "")
-    for label, entries in MISTAKES.items()
-    for entry in entries[:1]
-    if entry.value is None and label not in ("start velocity in other axes", "start spin in other axes")
+    entry.name: (label, "") for label, entries in MISTAKES.items() for entry in entries[:1] if entry.value is None
 } | {
     "impulse-wrong-magnitude": ("impulse of another size", "factor"),
     "wrong-mass": ("impulse divided by another mass", "factor"),
@@ -304,32 +299,7 @@ BACK: Mapping[str, tuple[str, str]] = {
     "speed-cap": ("speed cap", "cap"),
     "spin-cap": ("spin cap", "cap"),
     "wrong-inertia": ("another inertia", "factor"),
-    "body-stops": ("stops", "time"),
-    "impulse-as-force": ("impulse as force", "lasts"),
-    "impulse-as-force-over-one-step": ("impulse as force", "lasts"),
 }
-# Names whose values are not numbers, or are not in the answer: they cannot be translated back.
-NOT_BACK = frozenset(
-    {
-        "wrong-start-attitude", "wrong-start-position", "constant-acceleration", "inertia-axes-permuted",
-        "edges-permuted", "gravity-along-wrong-axis", "position-only-in-wrong-axes",
-        "attitude-only-in-wrong-axes", "wrong-axes", "quaternion-vector-mirrored", "constant-offset-in-body-axes",
-        "one-impulse-missing",
-    }
-)  # fmt: skip
-
-
-def back(claim: Claim) -> tuple[str, Params] | None:
-    """Return the label and the parameters of what a claim says; None where that is not known."""
-    if claim.name == "body-never-moves":
-        return "stops", {"time": 0.0}
-    if claim.name in NOT_BACK or claim.name not in BACK:
-        return None
-    label, key = BACK[claim.name]
-    if not key:
-        return label, {}
-    value = claim.number(*MAIN)
-    return None if value is None else (label, {key: value})
 
 
 def in_words(claims: Sequence[Claim]) -> str:

@@ -2,19 +2,18 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 
-from tools.random_programs import dialect, drawn_scenes, scheme
-from tools.random_programs.dialect import Dialect
+from tools.random_programs import dialect, drawn_scenes, measurement, scheme
+from tools.random_programs.dialect import VERTICES, Dialect
 from tools.random_programs.mistakes import KINDS, PER_STEP, Params
 from tools.random_programs.reference import reference
 from tools.random_programs.scene import Scene
 from tools.random_programs.scheme import SPLIT, Reading, Scheme
 from tools.random_programs.simulation import BlownUp, Rows, Simulation
 
-# Of the file's noise: an effect below the first is not to be seen; one above the second has a name to be found.
-SEEN, SIGNIFICANT = 3.0, 10.0
 # An effect is as large as in the row in which it is third largest: one row can be a slip.
 ROW = 3
 # Rounding in single precision is seen once, and could have been larger; every number is rounded at least once.
@@ -23,6 +22,23 @@ SINGLE, EPSILON = 3.0, 2.0**-24
 FINER = 8
 # Numbers are doubles in the end: of the body and its distance.
 DOUBLE = 1e-15
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How many times the noise of its file an effect is, at least: to be seen at all, and to have a name to be found.
+
+    same: a program whose file is nearer than this writes the same one; value: of an effect, what its values are off by.
+    """
+
+    seen: float
+    significant: float
+    same: float
+    value: float
+
+
+# Digits bound what they move; of measurements the root mean square counts, and rows together show less than each.
+DIGITS, MEASUREMENT = Limits(3.0, 10.0, 10.0, 5.0), Limits(0.1, 3.0, 0.5, 1.0)
 
 
 @dataclass(frozen=True)
@@ -56,6 +72,14 @@ class Program:
         return replace(self, scheme=replace(self.scheme, **changes))  # type: ignore[arg-type]
 
 
+class Writes(Protocol):
+    """Whatever writes rows of a scene."""
+
+    def rows(self, scene: Scene, /) -> Rows:
+        """Return them.  Raises BlownUp."""
+        ...
+
+
 @dataclass(frozen=True)
 class Fact:
     """Something that is true of a program and not right; effect: over the noise of its file."""
@@ -71,13 +95,29 @@ class Fact:
 
 @dataclass(frozen=True)
 class Case:
-    """A program, the scene that it simulates and the file that it writes."""
+    """A program, the scene that it simulates and the file that it writes.
+
+    noise: standard deviation of what a measurement adds, over the body's size; 0 where the rows are not measured.
+    """
 
     number: int
     seed: int
     scene: Scene
     program: Program
     dialect: Dialect
+    noise: float = 0.0
+
+    @property
+    def limits(self) -> Limits:
+        """Which effects count in the file."""
+        return MEASUREMENT if self.noise else DIGITS
+
+    def text(self, rows: Rows) -> str:
+        """Return the file of the program's rows, with the noise of their measurement."""
+        if self.noise:
+            random = np.random.default_rng((self.seed, self.number, 1))
+            rows = measurement.measured(rows, self.scene, self.noise, self.dialect.kind == VERTICES, random)
+        return self.dialect.text(rows)
 
     @property
     def random(self) -> np.random.Generator:
@@ -94,11 +134,12 @@ class Truth:
     error: float
     error_m: float
     facts: tuple[Fact, ...]
+    limits: Limits = DIGITS
 
     @property
     def significant(self) -> tuple[Fact, ...]:
         """Facts that a reader of the file can be expected to find."""
-        return tuple(fact for fact in self.facts if fact.effect >= SIGNIFICANT)
+        return tuple(fact for fact in self.facts if fact.effect >= self.limits.significant)
 
 
 # --- what is true ---------------------------------------------------------------------------------------------------
@@ -110,37 +151,43 @@ def truth_of(case: Case) -> Truth:
     noise = noise_of(case, rows)
     right = reference(case.scene, rows.t)
     apart = distances(case, rows, right)
-    return Truth(rows, noise, effect(apart, noise), float(apart.max()), tuple(_facts(case, rows, noise)))
+    error = effect(case, apart, noise)
+    return Truth(rows, noise, error, float(apart.max()), tuple(_facts(case, rows, noise)), case.limits)
 
 
 def noise_of(case: Case, rows: Rows) -> np.ndarray:
-    """Return how far digits and precision may have moved each row's vertices [m], (n,)."""
+    """Return how far digits, precision and measurement may have moved each row's vertices [m], (n,)."""
     sizes = np.abs(rows.x).max(axis=1) + case.scene.reach
     noise = case.dialect.noise(rows, case.scene) + DOUBLE * sizes
     if case.program.scheme.single:
         double = case.program.rows(case.scene, float)
-        moved = np.maximum.accumulate(distances(case, rows, double))
+        moved = np.maximum.accumulate(distances(case, rows, double).max(axis=1))
         noise = noise + SINGLE * (moved + EPSILON * sizes)
+    if case.noise:
+        noise = noise + measurement.moved_m(case.scene, case.noise, case.dialect.kind == VERTICES)
     return noise
 
 
 def distances(case: Case, one: Rows, other: Rows) -> np.ndarray:
-    """Return how far apart the vertices of two files are in each row [m], as far as both go, (n,)."""
+    """Return how far apart the vertices of two files are in each row [m], as far as both go, (n, k)."""
     count = min(len(one.t), len(other.t))
     a, b = (case.dialect.seen(rows, case.scene)[:count] for rows in (one, other))
-    return np.linalg.norm(a - b, axis=2).max(axis=1)
+    return np.linalg.norm(a - b, axis=2)
 
 
-def effect(apart: np.ndarray, noise: np.ndarray) -> float:
-    """Return how large distances are over noise, in the row in which they are third largest."""
-    ratio = np.sort(apart / noise[: len(apart)])
-    return float(ratio[-min(ROW, len(ratio))])
+def effect(case: Case, apart: np.ndarray, noise: np.ndarray) -> float:
+    """Return how large distances are over noise: in the row in which they are third largest, or root mean square."""
+    ratio = apart / noise[: len(apart), None]
+    if case.noise:
+        return float(np.sqrt(np.square(ratio).mean()))
+    largest = np.sort(ratio.max(axis=1))
+    return float(largest[-min(ROW, len(largest))])
 
 
-def apart_from(case: Case, other: Program, rows: Rows, noise: np.ndarray) -> float:
+def apart_from(case: Case, other: Writes, rows: Rows, noise: np.ndarray) -> float:
     """Return the distance of a file from another program's, over noise; inf if that program diverges."""
     try:
-        return effect(distances(case, rows, other.rows(case.scene)), noise)
+        return effect(case, distances(case, rows, other.rows(case.scene)), noise)
     except BlownUp:
         return float("inf")
 
@@ -241,7 +288,11 @@ def drawn(number: int, seed: int, catalogue: dict[str, Scene]) -> tuple[Case, Tr
             program = _program(random, scene)
         except NotHere:
             continue
-        case = replace(case, scene=scene, program=program, dialect=dialect.drawn(random, scene))
+        written = dialect.drawn(random, scene)
+        noise = measurement.drawn(random)
+        if noise:  # poses and vertices are what is measured
+            written = replace(written, velocities=False)
+        case = replace(case, scene=scene, program=program, dialect=written, noise=noise)
         try:
             return case, truth_of(case)
         except BlownUp:

@@ -53,6 +53,11 @@ class Scene:
     drag: tuple[float, float] = (0.0, 0.0)
 
     @property
+    def size_m(self) -> float:
+        """The largest edge of the box about the points [m]."""
+        return float(np.ptp(self.points, axis=0).max())
+
+    @property
     def reach(self) -> float:
         """How far the furthest vertex is from the centre of mass [m]."""
         return float(np.linalg.norm(self.points, axis=1).max())

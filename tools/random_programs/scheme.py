@@ -57,9 +57,10 @@ class Scheme:
     dt: from tick to tick [s], of so many substeps; every: ticks from row to row where rows are ticks; spacing: of rows
     [s]; method: split steps of an engine, velocity Verlet, or a Runge-Kutta method of the whole state; keeps: w in
     world or body axes, or the angular momentum; moves: x by the new velocity, the old one, or a parabola, and q by the
-    new w or the old one; normalises: q every so many steps, 0 never; centre: parts of a step in which v and x are
-    stepped; idle: ticks without gravity; asleep: ticks in which nothing moves; velocity: of the centre, in world or
-    body axes, and then along a screw or not; recovers: w is taken from the difference of attitudes at a step's end.
+    new w, or the old one ("old, all" with x, "old turn" without); normalises: q every so many steps, 0 never; centre:
+    parts of a step in which v and x are stepped; idle: ticks without gravity; asleep: ticks in which nothing moves;
+    velocity: of the centre, in world or body axes, and then along a screw or not; recovers: w is taken from the
+    difference of attitudes at a step's end.
     """
 
     dt: float

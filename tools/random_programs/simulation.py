@@ -48,7 +48,10 @@ class BlownUp(Exception):
 
 @dataclass
 class Rows:
-    """What is written: t [s] (n,), x [m], q (n, 4) of any length, v [m/s], w [rad/s], world axes; points [m], body."""
+    """What is written: t [s] (n,), x [m], q (n, 4) of any length, v [m/s], w [rad/s], world axes; points [m], body.
+
+    scatter: what a measurement adds to each vertex [m], (n, k, 3).
+    """
 
     t: np.ndarray
     x: np.ndarray
@@ -57,6 +60,7 @@ class Rows:
     w: np.ndarray
     points: np.ndarray
     own_axes: np.ndarray | None = None
+    scatter: np.ndarray | None = None
 
     @property
     def axes(self) -> np.ndarray:
@@ -66,7 +70,8 @@ class Rows:
     @property
     def vertices(self) -> np.ndarray:
         """Vertices in world axes [m], (n, k, 3)."""
-        return self.x[:, None] + np.einsum("nij,kj->nki", self.axes, self.points)
+        right = self.x[:, None] + np.einsum("nij,kj->nki", self.axes, self.points)
+        return right if self.scatter is None else right + self.scatter
 
     def part(self, chosen: np.ndarray) -> "Rows":
         """Return some of the rows."""
@@ -248,7 +253,7 @@ class Simulation:
         v, w = self._damped(v, w, dt, "between")
         v, w = self._limited(v, w)
         moving = v
-        if scheme.moves.startswith("old"):
+        if scheme.moves in ("old", "old, all"):
             moving = old_v
         elif scheme.moves == "parabola":
             moving = scale(0.5, add(old_v, v))
@@ -257,7 +262,7 @@ class Simulation:
         if scheme.velocity == "screw":
             moving = _screw(w, moving, dt)
         self.x = along(self.x, dt, moving)
-        turning = old_w if scheme.moves == "old, all" else w
+        turning = old_w if scheme.moves in ("old, all", "old turn") else w
         if scheme.gyroscopic == "midpoint" and scheme.keeps != "momentum":
             turning = scale(0.5, add(old_w, w))
         self.q = self.turned(q, turning, dt)

@@ -42,29 +42,29 @@ def _swap(axes: str) -> np.ndarray:
 
 @mistake("log", "quaternion x y z w under w x y z", _turns)
 def _(sim: Simulation) -> None:
-    sim.rewrites.append(lambda rows: _with_q(rows, rows.q[:, [1, 2, 3, 0]]))
+    sim.rewrites.append(lambda rows: with_q(rows, rows.q[:, [1, 2, 3, 0]]))
 
 
 @mistake("log", "quaternion w x y z under x y z w", _turns)
 def _(sim: Simulation) -> None:
-    sim.rewrites.append(lambda rows: _with_q(rows, rows.q[:, [3, 0, 1, 2]]))
+    sim.rewrites.append(lambda rows: with_q(rows, rows.q[:, [3, 0, 1, 2]]))
 
 
 @mistake("log", "conjugate", _turns)
 def _(sim: Simulation) -> None:
-    sim.rewrites.append(lambda rows: _with_q(rows, rows.q * (1, -1, -1, -1)))
+    sim.rewrites.append(lambda rows: with_q(rows, rows.q * (1, -1, -1, -1)))
 
 
 @mistake("log", "a sign of the quaternion's vector", _turns, part=one_of(1, 2, 3))
 def _(sim: Simulation, part: int) -> None:
     signs = np.ones(4)
     signs[part] = -1
-    sim.rewrites.append(lambda rows: _with_q(rows, rows.q * signs))
+    sim.rewrites.append(lambda rows: with_q(rows, rows.q * signs))
 
 
 @mistake("log", "whole angle for half", _turns)
 def _(sim: Simulation) -> None:
-    sim.rewrites.append(lambda rows: _with_axes(rows, rows.axes @ rows.axes))
+    sim.rewrites.append(lambda rows: with_axes(rows, rows.axes @ rows.axes))
 
 
 @mistake("log", "a vertex logged for the centre", lambda s, p: _box(s, p) and _turns(s, p), vertex=one_of(*range(8)))
@@ -91,13 +91,13 @@ def _(sim: Simulation, axes: str) -> None:
 @mistake("log", "only the attitude in other axes", _turns, axes=one_of(*SWAPS))
 def _(sim: Simulation, axes: str) -> None:
     names = _swap(axes)
-    sim.rewrites.append(lambda rows: _with_axes(rows, names @ rows.axes @ names.T))
+    sim.rewrites.append(lambda rows: with_axes(rows, names @ rows.axes @ names.T))
 
 
 @mistake("log", "other axes", _turns, axes=one_of(*SWAPS))
 def _(sim: Simulation, axes: str) -> None:
     names = _swap(axes)
-    sim.rewrites.append(lambda rows: replace(_with_axes(rows, names @ rows.axes @ names.T), x=rows.x @ names.T))
+    sim.rewrites.append(lambda rows: replace(with_axes(rows, names @ rows.axes @ names.T), x=rows.x @ names.T))
 
 
 @mistake("log", "turned about the origin", _away)
@@ -118,7 +118,7 @@ def _(sim: Simulation, axis: int, turn: float) -> None:
         first, second = (axis + 1) % 3, (axis + 2) % 3
         turns[:, first, first], turns[:, first, second] = cos, sin
         turns[:, second, first], turns[:, second, second] = -sin, cos
-        return replace(_with_axes(rows, turns @ rows.axes), x=np.einsum("nij,nj->ni", turns, rows.x))
+        return replace(with_axes(rows, turns @ rows.axes), x=np.einsum("nij,nj->ni", turns, rows.x))
 
     sim.rewrites.append(rewrite)
 
@@ -128,7 +128,7 @@ def _(sim: Simulation, axis: int, turn: float) -> None:
 
 @mistake("log", "attitude late, centre on time", spins, rows_late=one_of(1, 2, 5))
 def _(sim: Simulation, rows_late: int) -> None:
-    sim.rewrites.append(lambda rows: _with_q(rows, rows.q[_late(rows, rows_late)]))
+    sim.rewrites.append(lambda rows: with_q(rows, rows.q[_late(rows, rows_late)]))
 
 
 @mistake("log", "centre late, attitude on time", _runs, rows_late=one_of(1, 2, 5))
@@ -148,7 +148,7 @@ def _(sim: Simulation, time: float) -> None:
         for row in range(1, len(q)):
             q[row] *= 1 if q[row] @ q[row - 1] >= 0 else -1
         q = _filtered(rows.t, q, time)
-        return _with_q(rows, q / np.linalg.norm(q, axis=1)[:, None])
+        return with_q(rows, q / np.linalg.norm(q, axis=1)[:, None])
 
     sim.rewrites.append(rewrite)
 
@@ -156,7 +156,7 @@ def _(sim: Simulation, time: float) -> None:
 @mistake("log", "scalar made of the vector, without its sign", _turns)
 def _(sim: Simulation) -> None:
     """Three numbers are kept; w = sqrt(1 - x^2 - y^2 - z^2) is never negative."""
-    sim.rewrites.append(lambda rows: _with_q(rows, np.column_stack((np.abs(rows.q[:, 0]), rows.q[:, 1:]))))
+    sim.rewrites.append(lambda rows: with_q(rows, np.column_stack((np.abs(rows.q[:, 0]), rows.q[:, 1:]))))
 
 
 @mistake("log", "pitch past the vertical lost", _turns)
@@ -168,7 +168,7 @@ def _(sim: Simulation) -> None:
         with np.errstate(divide="ignore", invalid="ignore"):
             roll, yaw = np.arctan(m[:, 2, 1] / m[:, 2, 2]), np.arctan(m[:, 1, 0] / m[:, 0, 0])
         pitch = np.arcsin(np.clip(-m[:, 2, 0], -1, 1))
-        return _with_axes(rows, _turn(2, yaw) @ _turn(1, pitch) @ _turn(0, roll))
+        return with_axes(rows, _turn(2, yaw) @ _turn(1, pitch) @ _turn(0, roll))
 
     sim.rewrites.append(rewrite)
 
@@ -202,7 +202,7 @@ def _(sim: Simulation, rows_apart: int) -> None:
         ).reshape(-1, 3, 3)
         x = np.stack([np.interp(rows.t, rows.t[keys], rows.x[keys, i]) for i in range(3)], axis=1)
         columns = m / np.linalg.norm(m, axis=1)[:, None]
-        return replace(_with_axes(rows, columns), x=x)
+        return replace(with_axes(rows, columns), x=x)
 
     sim.rewrites.append(rewrite)
 
@@ -228,11 +228,12 @@ def _(sim: Simulation) -> None:
     sim.after.append(lambda dt: setattr(sim, "w", sim.vector(np.round(np.array(sim.w, float) * 8) / 8)))
 
 
-def _with_q(rows: Rows, q: np.ndarray) -> Rows:
+def with_q(rows: Rows, q: np.ndarray) -> Rows:
+    """Return rows with other quaternions."""
     return replace(rows, q=q, own_axes=None)
 
 
-def _with_axes(rows: Rows, axes: np.ndarray) -> Rows:
+def with_axes(rows: Rows, axes: np.ndarray) -> Rows:
     """Return rows with other matrices, and quaternions of them where they are rotations."""
     return replace(rows, own_axes=axes, q=quaternions(axes))
 

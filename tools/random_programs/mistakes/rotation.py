@@ -78,7 +78,7 @@ def _(sim: Simulation, factor: float) -> None:
 @mistake("inertia", "edges in another order", _box, order=_order)
 def _(sim: Simulation, order: str) -> None:
     assert sim.scene.size is not None
-    _resize(sim, sim.scene.size[list(ORDERS[order])])
+    resize(sim, sim.scene.size[list(ORDERS[order])])
 
 
 @mistake("inertia", "another size along an axis", _box, axis=one_of(0, 1, 2), factor=one_of(0.5, 2.0, 0.8, 1.3))
@@ -86,7 +86,7 @@ def _(sim: Simulation, axis: int, factor: float) -> None:
     assert sim.scene.size is not None
     size = sim.scene.size.copy()
     size[axis] *= factor
-    _resize(sim, size)
+    resize(sim, size)
 
 
 @mistake("inertia", "inertia never turned", lambda s, p: has_euler(s, p) and is_turned(s, p))
@@ -290,7 +290,7 @@ def _axes(sim: Simulation, axes) -> None:
     sim.tensor_axes = sim.inverse_axes = axes
 
 
-def _resize(sim: Simulation, size: np.ndarray) -> None:
+def resize(sim: Simulation, size: np.ndarray) -> None:
     """Make a box of other edges and the same mass; what strikes a vertex strikes it where it is now."""
     sim.points = corners(size)
     sim.scene = replace(sim.scene, size=size, points=sim.points, inertia=box_inertia(sim.scene.mass, size))
