@@ -11,7 +11,7 @@ Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), se
 
 import math
 
-from tumble.solver.collocation.changes import changes_at
+from tumble.solver.collocation.changes import Changes, changes_at
 from tumble.solver.collocation.corrections import Missed, corrections, resolved
 from tumble.solver.collocation.equations import (
     NOTHING,
@@ -38,10 +38,15 @@ from tumble.solver.vectors import Vector, add, dot, scale, times
 # catalogue, at their own steps and at 30 times those: with 0.1 to 0.9 a step costs the same within a third.  50
 # corrections for 20 change nothing; 8 cost 1.6 times as much on a spring, for steps are then taken in halves.
 MOST_CORRECTIONS, POOR = 20, 0.3
-# A correction that shrinks no more with a new Jacobian leads nowhere; with an old one it may be the Jacobian's fault.
-MOST_GROWTH_NEW, MOST_GROWTH_OLD = 1.0, 2.0
+# A correction that is so many times the one before leads nowhere.  Below that the next Jacobian may serve: with 1 for
+# new ones a step on a tether with a rest length takes a sixth longer at w dt = 1000, for more are taken in halves.
+MOST_GROWTH = 3.0
 # Newton's method has ended where the next correction would be less than a rounding of what it corrects ...
 LEAST_CHANGE = 2.0**-55
+# ... or, where the sum of all modes' (w dt)^2 is above STIFF, less than a few roundings of the body's place and size:
+# what those do to a stiff force, and so to the velocity, no correction takes away.  With 2^-53 a step takes a twentieth
+# longer at 10 rad and a seventh at 1000, and the energy of ten thousand steps is off by 5e-10 instead of 4e-9 ...
+STIFF, LEAST_SHIFT, NEVER = 10.0, 2.0**-50, -1.0
 # ... or where rounding keeps the corrections from halving: so small, relative to the body's place and size.
 HALVING, ROUNDING = 0.5, 1e-12
 # The most that a step's forces may do of unclear work, in parts of the body's energy of motion.  Measured on bouncing
@@ -71,7 +76,7 @@ def found(
     """
     no, to_stages = (eight(0.0), eight(0.0), eight(0.0)), rows(dt, method.to_stages)
     slopes = Slopes((*no, no[0]), no, no)
-    previous, is_first, stale, middle = math.inf, True, True, state
+    previous, is_first, stale, middle, least_shift = math.inf, True, True, state, NEVER
     for _ in range(MOST_CORRECTIONS):
         stages = stages_of(state, slopes, to_stages)
         if stale:
@@ -79,6 +84,7 @@ def found(
                 middle = _middle(state, stages, to_stages)
             accelerations, twists, changes = changes_at(middle, inverse_moments, gyroscopic, forces)
             linear = resolved(changes, dt, method)
+            enough = LEAST_SHIFT if dt * dt * _stiffness(changes) > STIFF else NEVER
         if is_first:
             # As x is here still that of the beginning, all of its slope is missed.
             asked, twisted, power, missed = _all_stages(accelerations), _all_stages(twists), no[0], stages.v
@@ -98,10 +104,12 @@ def found(
         if not turn <= FURTHEST_TURN:
             return slopes, False
         shrinking = change / previous if previous < math.inf else POOR
-        if change * shrinking <= LEAST_CHANGE or (shrinking > HALVING and shift < ROUNDING):
+        is_least = (change * shrinking <= LEAST_CHANGE) | (shift * shrinking <= least_shift)
+        if is_least or (shrinking > HALVING and shift < ROUNDING):
             return slopes, is_first or _is_clear(power, stages, dt, method, reach, forces.mass, inverse_moments)
-        if not shrinking < (MOST_GROWTH_NEW if stale else MOST_GROWTH_OLD):
+        if not shrinking < MOST_GROWTH:
             return slopes, False
+        least_shift = enough
         previous, is_first, stale = change, False, shrinking > POOR
     return slopes, False
 
@@ -116,6 +124,13 @@ def _middle(state: Whole, stages: Stages, to_stages: Eights) -> Whole:
         (lane(v[0], 1), lane(v[1], 1), lane(v[2], 1)),
         (lane(l_body[0], 1), lane(l_body[1], 1), lane(l_body[2], 1)),
     )
+
+
+@inlined
+def _stiffness(changes: Changes) -> float:
+    """Return the sum of all modes' w^2 [1/s2]."""
+    x, y, z, _, a, b, c, _ = changes.by_place
+    return -(lane(x, 0) + lane(y, 1) + lane(z, 2) + lane(a, 4) + lane(b, 5) + lane(c, 6))
 
 
 @inlined

@@ -18,7 +18,7 @@ from tumble.solver.collocation.newton import (
     HALVING,
     LEAST_CHANGE,
     MOST_CORRECTIONS,
-    MOST_GROWTH_NEW,
+    MOST_GROWTH,
     POOR,
     ROUNDING,
 )
@@ -127,7 +127,7 @@ def _solved(
         shrinking = change / previous if previous < math.inf else POOR
         if change * shrinking <= LEAST_CHANGE or (shrinking > HALVING and change < ROUNDING):
             return stages, True
-        if not (shrinking < MOST_GROWTH_NEW and _furthest(stages, dt, inverse_moments) <= FURTHEST_TURN):
+        if not (shrinking < MOST_GROWTH and _furthest(stages, dt, inverse_moments) <= FURTHEST_TURN):
             return stages, False
         previous = change
     return stages, False

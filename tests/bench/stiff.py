@@ -5,8 +5,9 @@
 Lower decile of interleaved rounds, by the thread's own clock; every sample begins at the start of its scene.
 
 "stiffer" is the cube of tether-undamped at its own step, on a tether so stiff that its fastest mode turns by w dt
-radians in a step, and stretched by so much less that its energy is the same; "longer" is that scene at longer steps.
-The energy is looked at a hundred times in ten thousand steps.
+radians in a step, and stretched by so much less that its energy is the same; with a rest length it pulls in one
+direction, and is stretched by as much; "longer" is the first scene at longer steps.  The energy is looked at a hundred
+times in ten thousand steps.
 """
 
 from collections.abc import Callable
@@ -38,6 +39,7 @@ STEPS, PASSES, ROUNDS = 500, 3, 20
 ASKED_US, ASKED_ENERGY = 1.0, 1e-3
 LONG, LOOKS = 10_000, 100
 STIFFER, LONGER = (1.0, 10.0, 100.0, 1e3, 1e4), (10.0, 100.0)
+REST_LENGTH = 0.3
 
 
 class Flight(NamedTuple):
@@ -75,12 +77,17 @@ def w_dt(scene: Scene) -> float:
     return fastest(engine.build(scene, "gauss6").body, engine.forces_of(scene)).frequency * scene.step
 
 
-def stiffer(scene: Scene, times: float) -> Scene:
-    """Return a scene on a tether so many times as stiff, which stores as much energy at the start."""
+def stiffer(scene: Scene, times: float, rest_length: float = 0.0) -> Scene:
+    """Return a scene on a tether so many times as stiff, which stores as much energy at the start.
+
+    The scene's own tether has no rest length [m].
+    """
     (tether,), (start,) = scene.tethers, scene.start
     end = start[0:3] + rotation_matrix(start[3:7]) @ tether.point_body
-    anchor = end + (tether.anchor - end) / np.sqrt(times)
-    return replace(scene, tethers=(replace(tether, anchor=anchor, stiffness=tether.stiffness * times),))
+    stretch = tether.anchor - end
+    anchor = end + stretch * (1.0 / np.sqrt(times) + rest_length / np.linalg.norm(stretch))
+    stiff = replace(tether, anchor=anchor, stiffness=tether.stiffness * times, rest_length=rest_length)
+    return replace(scene, tethers=(stiff,))
 
 
 def long_flights() -> dict[str, Flight]:
@@ -90,6 +97,9 @@ def long_flights() -> dict[str, Flight]:
     found = {}
     for asked in STIFFER:
         found[f"stiffer, w dt = {asked:g}"] = Flight(stiffer(scene, (asked / once) ** 2), "gauss6", scene.step)
+    for asked in STIFFER:
+        at_length = stiffer(scene, (asked / once) ** 2, REST_LENGTH)
+        found[f"stiffer, rest length {REST_LENGTH} m, w dt = {asked:g}"] = Flight(at_length, "gauss6", scene.step)
     for asked in LONGER:
         found[f"longer, w dt = {asked:g}"] = Flight(scene, "gauss6", scene.step * asked / once)
     return found
