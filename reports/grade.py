@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from rich.console import RenderableType
 from rich.constrain import Constrain
-from rich.table import Table
 from rich.text import Text
 
 from tumble.compare.grade.grade import (
@@ -25,7 +24,7 @@ from tumble.compare.grade.hypotheses.explanation import Explanation
 from tumble.compare.grade.measure.errors import Measured
 from tumble.compare.grade.search.diagnosis import Diagnosis
 from tumble.reports.contact_grade import contact_headline, contact_lines, contact_table
-from tumble.reports.terminal import LIST_WIDTH, columns, figure, length, plain, ruler, thinned, unit_of, vector
+from tumble.reports.terminal import LENGTHS, LIST_WIDTH, columns, figure, length, plain, ruler, thinned, vector
 
 BARS = "▁▂▃▄▅▆▇█"
 READ_AS = {
@@ -179,26 +178,27 @@ def resolution(m: Measured) -> str:
     return f"{digits}; reference solution accurate to {length(m.resolution_m)}"
 
 
-def vertex_table(m: Measured) -> Table:
-    """Return one vertex over time: reference, file, error vector and distance."""
+def vertex_table(m: Measured) -> Constrain:
+    """Return one vertex over time: reference, file, error, in three digits of the largest number, and distance."""
     sample = m.sample
     number = m.description.vertices.index(m.worst_vertex)
     true, seen = sample.true[:, number], sample.vertices[:, number]
-    unit, size, places = ruler(true)
-    off = np.linalg.norm(seen - true, axis=1) / size
-    small, part = unit_of(float(off.max()) * size) if off.max() > 0.0 else (unit, size)
-    heads = f"true [{unit}]", f"file [{unit}]", f"error [{small}]", f"distance [{unit}]"
-    table = columns("t [s]", *heads, right=range(5))
+    error = seen - true
+    kinds = ("true", true), ("file", seen), ("error", error)
+    rulers = ruler(true), ruler(seen), ruler(error, LENGTHS)
+    heads = [f"{name} x, y, z [{unit}]" for (name, _), (unit, _, _) in zip(kinds, rulers, strict=True)]
+    columns_of = [
+        [vector(row / size, places)[1:-1] for row in values]
+        for (_, values), (_, size, places) in zip(kinds, rulers, strict=True)
+    ]
+    table = columns("t [s]", *heads, f"distance [{rulers[0][0]}]", right=range(5))
     for row in thinned(len(sample)):
-        error = seen[row] - true[row]
         table.add_row(
-            f"{sample.times[row]:g}",
-            vector(true[row] / size, places),
-            vector(seen[row] / size, places),
-            vector(error / part, 2),
-            figure(float(off[row])),
+            f"{sample.times[row]:.4g}",
+            *(column[row] for column in columns_of),
+            figure(float(np.linalg.norm(error[row])) / rulers[0][1]),
         )
-    return table
+    return Constrain(table, LIST_WIDTH)
 
 
 def over_time(m: Measured) -> Iterator[Text]:

@@ -152,10 +152,10 @@ def thinned(samples: int) -> list[int]:
     return sorted({round((number + 1) * samples / SHOWN_SAMPLES) - 1 for number in range(SHOWN_SAMPLES)})
 
 
-def ruler(positions: Array) -> tuple[str, float, int]:
+def ruler(positions: Array, units: Sequence[tuple[str, float]] = RULERS) -> tuple[str, float, int]:
     """Return the unit that positions [m] are printed in, its length [m], and decimals for three digits."""
     largest = float(abs(positions).max())
-    unit, metres = next((unit for unit in RULERS if largest >= unit[1]), RULERS[-1])
+    unit, metres = next((unit for unit in units if largest >= unit[1]), units[-1])
     return unit, metres, sum(largest < bound * metres for bound in (100, 10))
 
 
