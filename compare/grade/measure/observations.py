@@ -35,11 +35,12 @@ def observations(
         return
     yield from _clock(measured)
     off = np.linalg.norm(sample.vertices - sample.true, axis=-1).max(axis=1)
-    seen = off > SEEN * np.linalg.norm(floors_m, axis=1) + measured.resolution_m
+    visible_m = SEEN * np.linalg.norm(floors_m, axis=1) + measured.resolution_m
+    seen = off > visible_m
     if offset is not None:
         yield from _offset(offset, points)
     if offset is None or not offset.body.any():
-        yield from _start(sample, seen, points)
+        yield from _start(sample, float(visible_m[0]), points)
     yield from _still(sample, measured)
     yield from _right_until(sample, seen, scene)
     yield from _between(sample, seen, measured)
@@ -87,16 +88,17 @@ def _vector(values: Array) -> str:
     return "(" + ", ".join(f"{value:.4g}" for value in values) + ")"
 
 
-def _start(sample: SampledRows, seen: Array, points: Array) -> Iterator[str]:
-    if sample.times[0] > 0 or not seen[0] or len(points) < 4:
+def _start(sample: SampledRows, visible_m: float, points: Array) -> Iterator[str]:
+    """Yield how the first row differs from the scene's start, as far as its digits show; visible_m: [m]."""
+    if sample.times[0] > 0 or len(points) < 4:
         return
     (is_, should) = (fitted_pose(places[:1], points)[0] for places in (sample.vertices, sample.true))
     turned = float(np.linalg.norm(turned_by(should[3:7], is_[3:7])))
     off = is_[:3] - should[:3]
     parts = []
-    if np.linalg.norm(off) > 1e-9:
-        parts.append("its position is off by (" + ", ".join(f"{value:.4g}" for value in off) + ") m")
-    if turned > 1e-9:
+    if np.linalg.norm(off) > visible_m:
+        parts.append(f"its position is off by {_vector(off)} m")
+    if turned * np.linalg.norm(points, axis=1).max() > visible_m:
         parts.append(f"it is rotated by {np.degrees(turned):.4g} degrees")
     if parts:
         yield f"The first row is not the scene's start: {' and '.join(parts)}."
