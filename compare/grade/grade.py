@@ -27,6 +27,7 @@ from tumble.compare.grade.measure.observations import observations
 from tumble.compare.grade.measure.offset import constant_drift, constant_offset
 from tumble.compare.grade.measure.significance import (
     ALIKE,
+    EXPLAINED,
     KERNEL_ERROR,
     LARGEST_NOISE,
     ResidualScale,
@@ -73,7 +74,7 @@ COARSE = LARGEST_NOISE
 
 # Share of files called explained whose mistakes were named right, measured by `tools/random_programs`: of those with an
 # engine's whole scheme or with one mistake, and with several.
-RIGHT_IF_ONE, RIGHT_IF_SEVERAL = 0.98, 0.87
+RIGHT_IF_ONE, RIGHT_IF_SEVERAL = 0.97, 0.94
 # Single precision that explains more than so many times what the digits leave open explains much; and the most mistakes
 # that are called an explanation even so, or before all others were tried.
 MUCH_BY_SINGLE, MOST_IF_OPEN = 10.0, 2
@@ -168,23 +169,32 @@ class Grade:
     def is_open(self) -> bool:
         """Whether another explanation may be as good, of three or more mistakes that are no engine's scheme.
 
-        It is if not all others were tried in the time, or if single precision, which the digits do not show, has to
-        explain much of what the mistakes leave.
+        It is if a value was fitted, and single precision, which the digits do not show, has to explain much of what the
+        mistakes leave; and if not all others were tried in the time, unless no value was fitted, or one, and the
+        mistakes leave only what the digits do.
         """
         if self.diagnosis is None or self.diagnosis.engines or len(self.diagnosis.best.mistakes) <= MOST_IF_OPEN:
             return False
-        by_single = self.diagnosis.best.in_digits > MUCH_BY_SINGLE and not self.measured.single
-        return by_single or self.diagnosis.stopped_s > 0
+        best, fitted = self.diagnosis.best, len(self.diagnosis.best.fitted)
+        by_single = fitted > 0 and best.in_digits > MUCH_BY_SINGLE and not self.measured.single
+        return by_single or (self.diagnosis.stopped_s > 0 and fitted > (best.in_digits <= EXPLAINED))
 
     def _is_contrived(self, diagnosis: Diagnosis) -> bool:
         """Whether the best explanation has values that no program has: they were fitted to what something else left.
 
         These are a step that is no part of a row interval or of a tick, a tick that is nearly the row
-        interval, factors that are nearly 1, and too many values without a name.
+        interval, factors that are nearly 1, too many values without a name, and those of a mistake that explains a part
+        of almost any error and leaves more than the digits do.
         """
         if diagnosis.engines:
             return False
-        fitted = [m for m in diagnosis.best.mistakes if m.hypothesis.fitted and not m.has_named_value]
+        fitted = diagnosis.best.fitted
+        if (
+            any(m.hypothesis.vague for m in fitted)
+            and diagnosis.best.in_digits > EXPLAINED
+            and not self.measured.single
+        ):
+            return True
         near = NEARLY_RIGHT_OF_SEVERAL if len(fitted) > 1 else NEARLY_RIGHT
         if len(fitted) > MOST_FITTED or any(m.is_nearly_right(near) for m in fitted):
             return True

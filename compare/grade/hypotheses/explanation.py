@@ -73,6 +73,11 @@ class Explanation:
         return frozenset(mistake.hypothesis.name for mistake in self.mistakes)
 
     @property
+    def fitted(self) -> list[Mistake]:
+        """Its mistakes whose values are fitted and have no name."""
+        return [m for m in self.mistakes if m.hypothesis.fitted and not m.has_named_value]
+
+    @property
     def is_whole(self) -> bool:
         """Whether it leaves only rounding or noise."""
         return self.within_floor or self.is_noise

@@ -32,7 +32,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
 from tumble.compare.grade.model.kernel.reading import POSE, between_ticks, instants_of
 from tumble.compare.grade.model.kernel.stepping import WIDTH, integrate
 from tumble.scenarios.forces import Law, stiffness
-from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
+from tumble.scenarios.frames import Array, rotation_matrix
 from tumble.scenarios.impulse import strike_point
 from tumble.scenarios.scene import Body, Impulse, Scene
 from tumble.solver.forces import Forces
@@ -71,6 +71,8 @@ class Clock(NamedTuple):
 
     def physics_times(self, times: Array, rounding: float = 0.0) -> Array:
         """Return the times of the physics [s], at least 0; rounding: of the logged times [s]."""
+        if self is RIGHT_CLOCK:
+            return times
         reached = self.rate * times + self.offset
         reached = in_ticks(reached, self.tick, self.lag, rounding) if self.tick else reached
         return np.clip(reached, 0.0, self.stop)
@@ -250,8 +252,15 @@ def pose_of(times: Array, rows: Array) -> Pose:
 
 def _in_file_axes(pose: Pose, file_axes: Array) -> Pose:
     """Return a pose of the principal axes as one of the axes that the scene file has."""
-    axes, q = pose.axes @ rotation_matrix(file_axes), quaternion_product(pose.q, file_axes)
-    return pose._replace(axes=axes, q=q)
+    turn, product = _turn_and_product(*file_axes.tolist())
+    return pose._replace(axes=pose.axes @ turn, q=pose.q @ product)
+
+
+@lru_cache
+def _turn_and_product(w: float, x: float, y: float, z: float) -> tuple[Array, Array]:
+    """Return the rotation matrix of a quaternion, and the matrix that multiplies quaternions in rows by it."""
+    product = np.array(((w, x, y, z), (-x, w, -z, y), (-y, z, w, -x), (-z, -y, x, w)))
+    return rotation_matrix(np.array((w, x, y, z))), product
 
 
 def next_tick(time: float | Array, tick: float) -> float | Array:

@@ -24,6 +24,8 @@ FINALISTS = 6
 LEAST_HELP, MUCH_HELP = 1.1, 1.5
 # Single precision explains an error that no engine's scheme makes this many times smaller.
 CLEARLY = 2.0
+# Residuals that differ by a smaller share are of the same motion.
+SAME_MOTION = 1e-6
 # How often others as good as the best one are looked for, and how many of the better ones are simplified.
 ROUNDS, SIMPLIFIED = 3, 2
 # Share of the processor time after which nothing new is searched for; in the rest, explanations are simplified and
@@ -146,7 +148,7 @@ def _closed(explained: Sequence[Explanation], closing: Closing) -> list[Explanat
         better = sorted((each for each in others if each.weight < best.weight), key=by_weight)
         others = [each for each in others if each not in better]
         whole += [closing.simplified(each) for each in better[:SIMPLIFIED]] + better[SIMPLIFIED:]
-        if min(whole, key=by_weight) is best:
+        if min(whole, key=by_weight).names <= best.names:
             break
     return [*whole, *others, *(each for each in explained if not each.within_floor)]
 
@@ -168,15 +170,12 @@ def _ranked(evaluator: Evaluator, null: Explanation, found: Sequence[Explanation
     alike = [
         each
         for each in ranked
-        if each is not best
-        and (each.weight < best.weight + ALIKE or each in as_good)
-        and not each.names > best.names
-        and _key(each) != _key(best)
+        if each is not best and (each.weight < best.weight + ALIKE or each in as_good) and not each.names > best.names
     ]
     return Diagnosis(
         null=null,
         best=best,
-        alike=tuple(_distinct(alike)),
+        alike=tuple(_distinct([best, *alike]))[1:],
         steps=tuple(_steps(evaluator, null, best)),
         trials=evaluator.trials,
         program=evaluator.program_with(best.mistakes),
@@ -238,12 +237,18 @@ def _is_fitted_to(explanation: Explanation, other: Explanation) -> bool:
 
 
 def _distinct(explanations: Iterable[Explanation]) -> Iterator[Explanation]:
-    """Yield the first explanation of each set of names and schemes."""
-    seen = set()
+    """Yield the first explanation of each set of names and schemes; of those with the same motion, the first one."""
+    found: list[Explanation] = []
     for each in explanations:
-        if (key := _key(each)) not in seen:
-            seen.add(key)
+        if not any(_key(each) == _key(other) or _is_same_motion(each, other) for other in found):
+            found.append(each)
             yield each
+
+
+def _is_same_motion(one: Explanation, other: Explanation) -> bool:
+    """Return whether explanations of the same names leave the same of every row: their details have no effect."""
+    sizes = (one.rms_m, other.rms_m), (one.max_m, other.max_m)
+    return one.names == other.names and all(abs(a - b) <= SAME_MOTION * b for a, b in sizes)
 
 
 def _key(explanation: Explanation) -> frozenset[tuple]:

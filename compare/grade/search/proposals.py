@@ -121,7 +121,7 @@ class Proposals:
             yield self.ordered((*mistakes, one))
             return
         others = tuple(m for m in mistakes if m is not step)
-        for part in IN_A_TICK:
+        for part in sorted(IN_A_TICK, key=lambda part: abs(np.log(one.value / part / step.value)))[:NEXT]:
             yield self.ordered((*others, Mistake(step.hypothesis, one.value / part), one))
 
     def _damping(self, mistakes: Mistakes) -> Iterator[Hypothesis]:
@@ -227,10 +227,12 @@ class Proposals:
         without = tuple(m for m in others if m.hypothesis.part != GYRO)
         is_factor = gyro is not None and gyro.hypothesis.name != GYROSCOPIC_TERM_MISSING
         missing = self.schemes.gyroscopic_term_missing()
+        in_wrong_frame = any(m.hypothesis.part == "frame" for m in others)
         for kind in ("explicit",) if self._equal or is_factor else GYROSCOPIC:
             base = others if is_factor else without if kind != "none" else (*without, missing)
             for explicit, (rotation, normalise_every) in product((False, True), ROTATIONS):
-                for other_axes in (False, True) if explicit and kind in STORED_EITHER_WAY else (False,):
+                either_way = in_wrong_frame or (explicit and kind in STORED_EITHER_WAY)
+                for other_axes in (False, True) if either_way else (False,):
                     if not explicit or kind in OF_EXPLICIT:
                         own = Step(
                             kind, rotation, normalise_every=normalise_every, other_axes=other_axes, explicit=explicit

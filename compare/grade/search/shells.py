@@ -143,15 +143,16 @@ class Shells:
         if not self.is_pose:
             return errors
         rows = self.precisions(errors if like is None else like[None])[:, :, 0]
-        rows = np.broadcast_to(rows, errors.shape[:2])
         with np.errstate(all="ignore"):
             off = np.nan_to_num(errors[:, :, 0], posinf=0.0, neginf=0.0) / self._trust[:, 0]
             rows = rows * self._trust[:, 0].mean(axis=1) ** 2
-            normal = np.einsum("tp,tq,vt->vpq", self._powers, self._powers, rows)
-            right = np.einsum("tp,vti,vt->vpi", self._powers, off, rows)
+            count = self._powers.shape[1]
+            pairs = (self._powers[:, :, None] * self._powers[:, None]).reshape(-1, count * count)
+            normal = (rows @ pairs).reshape(-1, count, count)
+            right = self._powers.T @ (off * rows[:, :, None])
             size = np.einsum("vpp->vp", normal)
-            normal = normal + REGULAR * np.eye(normal.shape[1]) * size.max(axis=1)[:, None, None]
-            left = off - np.einsum("tp,vpi->vti", self._powers, np.linalg.solve(normal, right))
+            normal = normal + REGULAR * np.eye(count) * size.max(axis=1)[:, None, None]
+            left = off - self._powers @ np.linalg.solve(normal, right)
         found = errors.copy()
         found[:, :, 0] = left * self._trust[:, 0]
         return found

@@ -31,11 +31,6 @@ class Simulations:
         self._poses: dict[Mistakes, Pose] = {}
         self._programs: dict[Mistakes, ProgramModel] = {(): context.program}
 
-    def stop_earlier(self, share: float) -> None:
-        """Stop after a share of the processor time that is left."""
-        now = thread_time()
-        self.stops_at = now + share * (self.stops_at - now)
-
     def errors(self, programs: Sequence[Mistakes]) -> Array:
         """Return the residuals of programs with mistakes, in floors, (V, T, K, 3).  Raises SearchStopped."""
         self.trials += len(programs)

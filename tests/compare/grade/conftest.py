@@ -4,7 +4,7 @@ from time import thread_time
 
 import pytest
 
-from tumble.compare.grade.search import closing, diagnosis, simulations
+from tumble.compare.grade.search import causal, closing, diagnosis, simulations
 
 SLOWER = 20
 
@@ -12,5 +12,5 @@ SLOWER = 20
 @pytest.fixture(autouse=True)
 def slow_clock(monkeypatch):
     """Count a twentieth of the processor time, in the search and in its limit."""
-    for module in (closing, diagnosis, simulations):
+    for module in (causal, closing, diagnosis, simulations):
         monkeypatch.setattr(module, "thread_time", lambda: thread_time() / SLOWER)

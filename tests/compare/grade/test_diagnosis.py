@@ -10,6 +10,11 @@ def explanation(names, weighted_rms_m, nothing=False):
     return Explanation(mistakes, weighted_rms_m, weighted_rms_m, nothing, False, 0.0, weighted_rms_m)
 
 
+def with_detail(name, part, word, rms_m):
+    method = Hypothesis(name, "steps", name, lambda program, _: program, details=((part, word),))
+    return Explanation((Mistake(method),), rms_m, rms_m, False, False, 0.0, rms_m)
+
+
 ALONE, PAIR = explanation("a", 1.0), explanation("ab", 1.0)
 
 
@@ -32,3 +37,11 @@ def test_only_some_of_its_own_mistakes_make_it_padding():
 def test_of_explanations_with_the_same_names_the_first_is_told():
     first, same, other = explanation("ab", 1.0), explanation("ba", 2.0), explanation("a", 3.0)
     assert list(_distinct([first, same, other])) == [first, other]
+
+
+def test_of_explanations_with_the_same_motion_the_first_is_told():
+    """A body that does not turn has the same motion with every update of the rotation."""
+    exponential, first_order, other = (
+        with_detail("euler", "rotation", word, rms) for word, rms in (("a", 1.0), ("b", 1.0 + 1e-9), ("c", 1.01))
+    )
+    assert list(_distinct([exponential, first_order, other])) == [exponential, other]

@@ -42,3 +42,9 @@ def test_a_step_in_which_the_body_turns_by_radians_is_named(tmp_path):
     """Errors of such steps grow in no order, so a short one does not show how long they are."""
     values = named(tmp_path, "spin-fast", dt=0.02, every=1, until=0.4, turn="exponential", axes="momentum")
     assert values == {"symplectic-euler": pytest.approx(0.02)}
+
+
+def test_w_in_world_axes_that_turns_the_body_as_if_in_body_axes_is_named_upon_a_scheme(tmp_path):
+    values = named(tmp_path, "two-hits", dt=1 / 240, every=4, wrong_side=True)
+    assert values.keys() == {"angular-velocity-in-wrong-frame", "symplectic-euler"}
+    assert values["symplectic-euler"] == pytest.approx(1 / 240)

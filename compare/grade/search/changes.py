@@ -1,0 +1,152 @@
+"""Programs that are a change away from one: their values and the length of their steps are near the best ones."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
+from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
+from tumble.compare.grade.measure.significance import ALIKE, ResidualScale
+from tumble.compare.grade.search.evaluator import Evaluator
+from tumble.compare.grade.search.parts import Parts
+from tumble.compare.grade.search.proposals import Proposals, Run, SchemeKind
+from tumble.scenarios.frames import Array
+
+# Schemes that are fitted, of all that are tried.
+SCHEMES = 6
+# Schemes of which damping is tried at each place in the step, and those of which other details are tried.
+PLACED, DETAILED = 32, 10
+# Radians in a step from which the length of the right one is estimated.
+SHORT = 0.3
+# Residual in floors that is as good as infinite.
+HUGE = 1e12
+
+
+class Changes(Parts):
+    """Finds programs that are a change away from one, in the part of the run that is looked at."""
+
+    def __init__(self, evaluator: Evaluator, scale: ResidualScale) -> None:
+        super().__init__(evaluator, scale)
+        self.proposals = self._proposals = Proposals(evaluator.context, evaluator.hypotheses)
+
+    def _run(self, mistakes: Mistakes) -> Run:
+        return Run(self._until, self._context.spacing_s, self._simulations.fastest(mistakes))
+
+    def _one_more(self, mistakes: Mistakes, every_value: bool = False) -> list[tuple[Hypothesis, list[Mistakes]]]:
+        """Return each mistake that can be added, and programs with its first values, and better ones."""
+        more = list(self._proposals.with_one_more(mistakes, self._run(mistakes), every_value))
+        linear = [(several[0], hypothesis) for hypothesis, several in more if _is_linear(hypothesis)]
+        return more + self._solved(linear, self._slopes(mistakes), self._simulations.errors([mistakes])[0])
+
+    def _solved(
+        self, wanted: Sequence[tuple[Mistakes, Hypothesis]], slopes: Array, errors: Array
+    ) -> list[tuple[Hypothesis, list[Mistakes]]]:
+        """Return mistakes with better values of one of them, solved for together with the other values.
+
+        wanted: mistakes that leave the same errors, (T, K, 3), and for each the hypothesis of the value.
+        """
+        owns = self._fit.directions_of(wanted, errors)
+        found = []
+        for (mistakes, hypothesis), own in zip(wanted, owns, strict=True):
+            if own.any():
+                steps = self._fit.solutions(np.concatenate((own, slopes)), errors)
+                tried = [self._fit.moved(mistakes, [hypothesis], step[: hypothesis.dimension]) for step in steps]
+                found.append((hypothesis, list(dict.fromkeys(tried))))
+        return found
+
+    def _schemes(self, mistakes: Mistakes) -> list[Mistakes]:
+        """Return the best schemes for mistakes.
+
+        Errors of steps grow with a power of their length, so one length shows which would fit best.
+        """
+        spin = self._simulations.fastest(mistakes)["spin"]
+        turn_s = min(self._context.turn_s, 1 / spin if spin else np.inf)
+        first = self._proposals.first_step(mistakes, self._until, SHORT * turn_s)
+        if not first:
+            return []
+        kinds = list(self._proposals.with_other_schemes(mistakes))
+        programs = [self._upon(kind, first) for kind in kinds]
+        found = self._simulations.errors(programs)
+        wanted = [(kind, program) for kind, program in zip(kinds, programs, strict=True)]
+        for others in dict.fromkeys(kind.others for kind in kinds):
+            same = [number for number, kind in enumerate(kinds) if kind.others == others]
+            for number, share in zip(same, self._shares(found[same], self._proposals.ordered(others)), strict=True):
+                if share <= 0:
+                    continue
+                # Parts of a scheme have errors of other orders, and a limit has one of order 1 in any method.
+                ideals = [first * share ** (1 / order) for order in {1, kinds[number].order}]
+                nearest = {s for ideal in ideals for s in self._proposals.steps_near(mistakes, self._until, ideal)}
+                wanted += [(kinds[number], self._upon(kinds[number], s)) for s in sorted(nearest) if s != first]
+        tried = [program for _, program in wanted]
+        slopes = self._all_slopes(mistakes)
+        scores = self._profiled(tried, slopes)
+        likely = [tried[number] for number in best_of_each([kind.key for kind, _ in wanted], scores)]
+        detailed = [each for one in likely[:DETAILED] for each in self._proposals.with_details(one)]
+        likely = [*likely[:PLACED], *detailed, *self._damped(likely[:PLACED])]
+        scores = self._profiled(likely, slopes)
+        found = [likely[number] for number in np.argsort(scores, kind="stable")[:SCHEMES]]
+        without = [tuple(m for m in one if not m.hypothesis.vague) for one in found]
+        return [*found, *without]
+
+    def _upon(self, kind: SchemeKind, step: float) -> Mistakes:
+        return self._proposals.ordered((*kind.others, Mistake(kind.hypothesis, step)))
+
+    def _damped(self, several: Sequence[Mistakes]) -> list[Mistakes]:
+        """Return schemes with the rotation damped at each place in the step; if it is, by what helps the first one."""
+        rates = {m.value for m in several[0] if m.hypothesis.part == "angular damping"}
+        if not rates:
+            hypothesis = self._proposals.angular_damping(several[0])
+            slopes, errors = self._slopes(several[0]), self._simulations.errors([several[0]])[0]
+            damped = self._proposals.ordered((*several[0], Mistake(hypothesis, 0.0)))
+            solved = self._solved([(damped, hypothesis)], slopes, errors)
+            tried = [several[0], *(each for _, ones in solved for each in ones)]
+            weights = self._profiled(tried, slopes)
+            best = int(np.argmin(weights))
+            if weights[0] - weights[best] < ALIKE:
+                return []
+            rates = {m.value for m in tried[best] if m.hypothesis is hypothesis}
+        return [each for one in several for each in self._proposals.damped_anywhere(one, max(rates))]
+
+    def _all_slopes(self, mistakes: Mistakes) -> Array:
+        """Return the derivatives by the values that are fitted, and by those of what programs in steps often have."""
+        errors = self._simulations.errors([mistakes])[0]
+        usual = self._proposals.may_be_of_any_scheme(mistakes)
+        wanted = [(self._proposals.ordered((*mistakes, Mistake(one, 0.0))), one) for one in usual]
+        return np.concatenate((self._slopes(mistakes), *self._fit.directions_of(wanted, errors)))
+
+    def _shares(self, found: Array, mistakes: Mistakes) -> list[float]:
+        """Return the factors on the effects of schemes that make errors least, with what values explain left out.
+
+        found: residuals with each scheme, (V, T, K, 3); mistakes: that it is put upon.
+        """
+        shells = self._simulations.shells
+        errors, slopes = self._simulations.errors([mistakes]), self._all_slopes(mistakes)
+        root = np.sqrt(shells.precisions(errors))[..., None]
+        with np.errstate(all="ignore"):
+            every = np.nan_to_num(np.concatenate((errors, found - errors, slopes)), posinf=0.0, neginf=0.0)
+            every = np.clip(every, -HUGE, HUGE)
+            if self._fit.is_free:
+                every = shells.without_translation(every, errors[0])
+            every = (root * every).reshape(len(every), -1)
+        own = every[len(every) - len(slopes) :]
+        if len(own):
+            basis = np.linalg.qr(own.T)[0]
+            every = every - (every @ basis) @ basis.T
+        effects = every[1 : len(found) + 1]
+        sizes = np.einsum("vn,vn->v", effects, effects)
+        return (-(effects @ every[0]) / np.where(sizes > 0, sizes, np.inf)).tolist()
+
+
+def _is_linear(hypothesis: Hypothesis) -> bool:
+    """Return whether a small value of a mistake has an effect in proportion."""
+    return bool(hypothesis.scale) or hypothesis.neutral is not None
+
+
+def best_of_each(owners: Sequence[object], weights: Array) -> list[int]:
+    """Return the number of the best program of each owner, best first."""
+    found: dict[object, int] = {}
+    for number, owner in enumerate(owners):
+        best = found.setdefault(owner, number)
+        if weights[number] < weights[best]:
+            found[owner] = number
+    return sorted(found.values(), key=lambda number: weights[number])
