@@ -22,7 +22,7 @@ from tumble.compare.contact.study import WHOLE, Contact, Extent, contacts
 from tumble.compare.coursework.results import coursework_tables
 from tumble.compare.judge.cost import REFERENCE
 from tumble.compare.judge.errors import Run
-from tumble.compare.motion.film import Film, film, filmed
+from tumble.compare.motion.film import Film, filmed, films
 from tumble.compare.motion.findings import film_findings
 from tumble.compare.motion.results import film_tables
 from tumble.compare.releases.schemas import TABLES as RELEASES
@@ -108,7 +108,7 @@ def report_tables(
     landing = [scene for scene in (*scenes, *added) if scene.plane]
     extent = BRIEF_CONTACT if whole_catalogue and not every_method else WHOLE
     sensing = [scene for scene in scenes if scene.sensors]
-    runs = (*scenes, *scenes, *swept, *stiff, *cases, *sensing)
+    runs = (*scenes, *swept, *stiff, *cases, *sensing)
     others = 2 * len(scenes) + len(swept) + len(stiff) + len(cases) + len(added)
     with (
         started(contestants, time_limit, memory_limit, display, few=not every_method) as running_engines,
@@ -132,11 +132,10 @@ def report_tables(
                     plainest = min(scenes, key=lambda scene: len(needs(scene)))
                     ablating = begin(untimed, plainest, on_progress, 1)
                     with Parts() as part:
-                        comparisons = part(lambda: compare(running_engines, scenes, dt, on_progress, truths))
-                        films = part(lambda: film(running_engines, scenes, dt, on_progress, truths))
+                        comparisons = part(lambda: compare(running_engines, scenes, dt, on_progress, truths, watched))
                         # A shard has no comparison, and makes no tables.
-                        complete = bool(comparisons) and films is not None
-                        compared = compared_tables(comparisons, films, running_engines, command) if complete else {}
+                        shots = films_of(comparisons, watched, dt, truths) if comparisons else []
+                        compared = compared_tables(comparisons, shots, running_engines, command) if comparisons else {}
                         sequences, mapped = part(climbing.result), part(mapping.result)
                         landed, untimed_runs = part(landing_runs.result), part(ablating.result)
                     maps = maps or mapped
@@ -156,7 +155,7 @@ def report_tables(
         contact_tables(landed) or {table.file: frame(table, []) for table in CONTACT},
         {ABLATION.file: frame(ABLATION, ablation.rows)},
         {(SWEEP if name != FINDINGS.file else "") + name: table for name, table in swept_tables.items()},
-        findings([*film_findings(films), *ablation_findings(ablation.rows), *map_findings(maps)]),
+        findings([*film_findings(shots), *ablation_findings(ablation.rows), *map_findings(maps)]),
     )
     # Now that times have been taken, they say under what load.
     return tables | {CONDITIONS.file: frame(CONDITIONS, conditions(command))}
@@ -168,6 +167,14 @@ def compared_tables(
     """Return the tables of what is run at the scenes' own steps."""
     engines = list(map(engine_row, running_engines))
     return merged(comparison_tables(comparisons, engines, command), coursework_tables(comparisons), film_tables(films))
+
+
+def films_of(
+    comparisons: Sequence[Comparison], watched: Sequence[Scene], dt: float | None, truths: Truths
+) -> list[Film]:
+    """Return the films of scenes that were compared."""
+    true = [truths.answer(scene).truth for scene in watched]
+    return films(watched, true, [each.watched for each in comparisons], dt)
 
 
 def map_findings(maps: Mapping[str, pd.DataFrame]) -> list:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from tumble.compare.comparison.in_parts import EnsembleRun, ensemble_runs
@@ -35,6 +35,7 @@ class Comparison:
     roles : role of each contestant for its engine, as `RunningEngine.role` returns it, by ENGINE:METHOD
     sensors : the readings of the scene's sensors by each contestant; empty if it has no sensors
     ensemble : of a scene that ran in parts, all throws of each contestant; scene and runs are then those of throw 0
+    watched : the run of the scene with more samples by engine and method, where it was asked for and there is one
     """
 
     scene: Scene
@@ -45,6 +46,7 @@ class Comparison:
     roles: Mapping[str, str]
     sensors: tuple[SensorRun, ...] = ()
     ensemble: tuple[EnsembleRun, ...] = ()
+    watched: Mapping[tuple[str, str], Trajectory] = field(default_factory=dict)
 
     @property
     def defaults(self) -> frozenset[str]:
@@ -63,6 +65,7 @@ def compare(
     dt: float | None = None,
     on_progress: ProgressCallback = no_progress,
     truths: Truths | None = None,
+    watched: Sequence[Scene] | None = None,
 ) -> list[Comparison]:
     """Run every scene with every contestant and compare the trajectories with the reference.
 
@@ -73,6 +76,7 @@ def compare(
     dt : step [s]; None: each scene's own
     on_progress : called for every run and reference solution
     truths : has the scenes' reference solutions already; None: they are computed
+    watched : of each scene the first throw with more samples, in which the contestants run as well
 
     Returns
     -------
@@ -84,18 +88,21 @@ def compare(
     """
     given, scenes = scenes, [replace(scene, ensemble=None) if scene.ensemble else scene for scene in scenes]
 
-    def task(scene: Scene, running_engine: RunningEngine, method: str) -> Task[Trajectory | Failure]:
+    def task(
+        scene: Scene, film: Scene | None, running_engine: RunningEngine, method: str
+    ) -> Task[tuple[Trajectory | Failure, Trajectory | Failure | None]]:
         key = scene.name, running_engine.title, method
-        ask = partial(RunningEngine.simulate, scene=scene, method=method, dt=dt or scene.step, probe=True)
+        film = film if film and method in running_engine.methods_for(film) else None
+        ask = partial(RunningEngine.simulate_watched, scene=scene, method=method, dt=dt or scene.step, watched=film)
         return Task(key, running_engine, ask)
 
     tasks = [
         [
-            task(scene, running_engine, method)
+            task(scene, film, running_engine, method)
             for running_engine in running_engines
             for method in running_engine.methods_for(scene)
         ]
-        for scene in scenes
+        for scene, film in zip(scenes, watched or [None] * len(scenes), strict=True)
     ]
     with (
         nullcontext(truths)
@@ -113,20 +120,21 @@ def compare(
                 else []
                 for scene in given
             ]
-        answers = iter(found)
         true = [references.answer(scene) for scene in scenes]
         moved = references.each(lost_m, scenes, [answer.truth for answer in true])
         lost = [future.result() for future in moved]
+    answers = iter(found)
+    seen = [[next(answers) for _ in own] for own in tasks]
     return [
         Comparison(
             scene=scene,
             truth=answer.truth,
             why_no_truth=answer.why,
             runs=tuple(
-                RunAnswer.of(one.running_engine, one.key[-1], dt or scene.step, next(answers)).run(
+                RunAnswer.of(one.running_engine, one.key[-1], dt or scene.step, flight).run(
                     scene, one.running_engine.title, answer.truth
                 )
-                for one in own
+                for one, (flight, _) in zip(own, flights, strict=True)
             ),
             lost_m=lost,
             sensors=sensors,
@@ -138,9 +146,14 @@ def compare(
                 ]
             },
             ensemble=tuple(ensemble),
+            watched={
+                (one.running_engine.title, one.key[-1]): film
+                for one, (_, film) in zip(own, flights, strict=True)
+                if isinstance(film, Trajectory)
+            },
         )
-        for scene, answer, own, lost, sensors, ensemble in zip(
-            scenes, true, tasks, lost, sensed, ensembles, strict=True
+        for scene, answer, own, flights, lost, sensors, ensemble in zip(
+            scenes, true, tasks, seen, lost, sensed, ensembles, strict=True
         )
     ]
 

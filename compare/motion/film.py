@@ -3,7 +3,7 @@
 The instants lie on steps that a run takes anyway, so that filming does not change it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
@@ -79,19 +79,40 @@ def film(
     ):
         answers = dict(zip((one.key for one in tasks), run(tasks, references, on_progress=on_progress), strict=True))
         true = [references.answer(scene).truth for scene in watched]
+    flown = [
+        {
+            (engine, method): trajectory
+            for (name, engine, method), trajectory in answers.items()
+            if name == scene.name and isinstance(trajectory, Trajectory)
+        }
+        for scene in watched
+    ]
+    return films(watched, true, flown, dt)
+
+
+def films(
+    watched: Sequence[Scene],
+    true: Sequence[Truth | None],
+    flown: Sequence[Mapping[tuple[str, str], Trajectory]],
+    dt: float | None = None,
+) -> list[Film]:
+    """Return the films of scenes that were run.
+
+    Parameters
+    ----------
+    watched : the scenes, with the instants of a film (`filmed`)
+    true : their reference solutions; None: there is none, and so no film
+    flown : their runs by engine and method
+    dt : step [s]; None: each scene's own
+
+    Returns
+    -------
+    the films, in the order of the scenes
+    """
     return [
-        Film(
-            scene=scene,
-            dt=dt or scene.step,
-            truth=answer.until_horizon(),
-            trajectories={
-                (engine, method): trajectory
-                for (name, engine, method), trajectory in answers.items()
-                if name == scene.name and isinstance(trajectory, Trajectory)
-            },
-        )
-        for scene, answer in zip(watched, true, strict=True)
-        if answer is not None
+        Film(scene, dt or scene.step, truth.until_horizon(), dict(trajectories))
+        for scene, truth, trajectories in zip(watched, true, flown, strict=True)
+        if truth is not None
     ]
 
 

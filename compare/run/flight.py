@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import Any
 
@@ -84,6 +84,11 @@ class Trajectory:
     probe: Probe | None = None
     cpu_s: float = 0.0
 
+    def at(self, scene: Scene) -> "Trajectory":
+        """Return the run with the rows of a scene alone, all of which it has."""
+        rows = np.searchsorted(self.times, scene.rows)
+        return replace(self, times=scene.rows, states=self.states[rows], vertices=self.vertices[rows])
+
     @property
     def notes(self) -> tuple[str, ...]:
         """The findings in words."""
@@ -130,6 +135,23 @@ def legs(scene: Scene, dt: float) -> list[Leg]:
             n = math.ceil(ratio)
             found.append(Leg(n, (end - begin) / n, end))
     return found
+
+
+def takes_same_steps(scene: Scene, other: Scene, dt: float) -> bool:
+    """Return whether a flight of the other scene, which has all samples of this one and more, takes the very steps.
+
+    dt [s].  Where an interval is no multiple of dt its steps are shorter, and a part of it has steps of its own.
+    """
+    parts = iter(legs(other, dt))
+    for leg in legs(scene, dt):
+        left, end = leg.n, None
+        while left > 0 and (part := next(parts, None)):
+            left, end = left - part.n, part.end
+            if part.dt != leg.dt:
+                return False
+        if left or end != leg.end:
+            return False
+    return True
 
 
 def mean_step(duration: float, steps: int, dt: float) -> float:

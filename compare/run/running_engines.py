@@ -11,7 +11,7 @@ from tumble.compare.run.contestant import MethodName
 from tumble.compare.run.digest import NoValue
 from tumble.compare.run.engines import registry
 from tumble.compare.run.engines.registry import BadEngine, EngineInfo
-from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.flight import Trajectory, takes_same_steps
 from tumble.compare.run.local import Asked, LocalEngine, LocalWorker
 from tumble.compare.run.pool import POOL
 from tumble.compare.run.precision import DOUBLE, rounding
@@ -121,6 +121,31 @@ class RunningEngine:
         which finds an engine that looks its answers up.  Raises Halted.
         """
         return self.unsupported(scene) or self.ensure_running() or self.worker.simulate(scene, method, dt, keep, probe)
+
+    def simulate_watched(
+        self, scene: Scene, method: str, dt: float, watched: Scene | None = None
+    ) -> tuple[Trajectory | Failure, Trajectory | Failure | None]:
+        """Return the flight, with a probe, and that of the watched scene, which has more samples; as `simulate`.
+
+        One run answers both where it takes the same steps with all samples: of a method that chooses its own it does
+        not, nor may it of a user's engine, whose steps need not add up.  watched: None, and so its flight: not asked.
+        """
+        one_is_both = (
+            watched is not None
+            and len(scene.start) == len(watched.start)
+            and not self.takes_own_steps(method)
+            and not registry.is_file(self.engine)
+            and not isinstance(self.worker, LocalWorker)
+            and takes_same_steps(scene, watched, dt)
+        )
+        if watched is None or not one_is_both:
+            film = None if watched is None else self.simulate(watched, method, dt)
+            return self.simulate(scene, method, dt, probe=True), film
+        seen = self.simulate(watched, method, dt, probe=True)
+        if isinstance(seen, Trajectory) and seen.diverged_at is None:
+            return seen.at(scene), seen
+        # It ended at the first sample that is not finite, of which there are more.
+        return self.simulate(scene, method, dt, probe=True), seen
 
     def read_sensors(self, scene: Scene, method: str, dt: float) -> SensorReadings | Failure:
         """Return what the scene's sensors read in its first throw, or why they cannot be read.  Raises Halted."""

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tumble.scenarios.truth.rational import Fraction, cross
+from tumble.scenarios.truth.rational import Fraction, cross, gmpy2
 
 Numbers = np.ndarray
 # What stands for a root that is no fraction: more digits than any flight is worked out with.
@@ -108,7 +108,9 @@ def root_of(value: Any) -> Any:
     """Return the root of a fraction, of a double, or of an extended-precision number to its digits."""
     if isinstance(value, Fraction):
         return square_root(value)
-    return value.context.sqrt(value) if hasattr(value, "context") else sqrt(value)
+    if isinstance(value, float):
+        return sqrt(value)
+    return value.context.sqrt(value) if hasattr(value, "context") else gmpy2.sqrt(value)
 
 
 def principal(mp: Any, tensor: Numbers) -> Principal:

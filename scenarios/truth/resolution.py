@@ -9,6 +9,7 @@ from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth.flight import Pose, poses
 from tumble.scenarios.truth.inertia import Numbers, Principal, principal
+from tumble.scenarios.truth.mpfr import in_mpfr
 from tumble.scenarios.truth.rational import Fraction
 from tumble.scenarios.truth.throw import Throw, changing, read_throw
 
@@ -53,17 +54,18 @@ def settle(mp: Any, throw: Throw) -> tuple[Flight, Flight]:
     So the precision rises by itself with whatever costs digits: radians turned, the separatrix, extreme moments.
     The finer is the answer, the rougher tells how good it is.
     """
-    rougher, finer = _flight(mp, throw, PRECISIONS[0]), _flight(mp, throw, PRECISIONS[1])
+    rougher, finer = closed_form(mp, throw, PRECISIONS[0]), closed_form(mp, throw, PRECISIONS[1])
     for bits in PRECISIONS[2:]:
         if all(_agree(rough, fine) for rough, fine in zip(rougher.poses, finer.poses, strict=True)):
             break
-        rougher, finer = finer, _flight(mp, throw, bits)
+        rougher, finer = finer, closed_form(mp, throw, bits)
     return rougher, finer
 
 
-def _flight(mp: Any, throw: Throw, bits: int) -> Flight:
+def closed_form(mp: Any, throw: Throw, bits: int) -> Flight:
+    """Return the flight of a body that nothing pulls but gravity and blows, with that many bits."""
     mp.prec = bits
-    return Flight(bits, poses(mp, throw, principal(mp, throw.solid.tensor)))
+    return Flight(bits, in_mpfr(poses, mp, throw, principal(mp, throw.solid.tensor)))
 
 
 def _agree(rough: Pose, fine: Pose) -> bool:
@@ -106,7 +108,7 @@ def input_error_of(mp: Any, scene: Scene, row: int, throw: Throw, plain: Flight)
         if moved is not None:
             return moved
     others = [changed(1.0) for changed in readings]
-    moves = [_moved(plain, _flight(mp, other, plain.bits), throw, other) for other in others]
+    moves = [_moved(plain, closed_form(mp, other, plain.bits), throw, other) for other in others]
     return np.maximum.reduce(moves)[:, 0]
 
 

@@ -11,8 +11,7 @@ import numpy as np
 from tumble.scenarios.impulse import RayMissed
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth, rounded_vertices
-from tumble.scenarios.truth.inertia import principal
-from tumble.scenarios.truth.resolution import PRECISIONS, Flight
+from tumble.scenarios.truth.resolution import PRECISIONS, Flight, closed_form
 from tumble.scenarios.truth.throw import Throw, read_throw
 
 # The first throws and so many instants, the last that is known among them, tell it well enough.
@@ -55,10 +54,7 @@ def input_rounding_error(scene: Scene, answer: Truth) -> float:
 
 def _simulate(mp: Any, scene: Scene, throw: Throw) -> Flight:
     if scene.is_free:
-        from tumble.scenarios.truth.flight import poses
-
-        mp.prec = PRECISIONS[2]
-        return Flight(mp.prec, poses(mp, throw, principal(mp, throw.solid.tensor)))
+        return closed_form(mp, throw, PRECISIONS[2])
     from tumble.scenarios.truth.forced import simulate
 
     return simulate(mp, throw)

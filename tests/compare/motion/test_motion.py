@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,14 +10,15 @@ import pytest
 from tumble.compare.comparison.against_truth import compare
 from tumble.compare.motion.film import FRAMES, film, filmed, instants
 from tumble.compare.motion.results import TRUTH, film_tables, hull
-from tumble.compare.run.flight import legs
-from tumble.compare.run.running_engines import launched
+from tumble.compare.run.flight import legs, takes_same_steps
+from tumble.compare.run.running_engines import RunningEngine, launched
 from tumble.compare.run.truths import true_answer
 from tumble.scenarios.frames import vertices
 from tumble.scenarios.impulse import strike_point
 from tumble.scenarios.read import catalogue, read_scene, read_scenes
 from tumble.scenarios.truth import truth
 
+MINE = Path(__file__).parents[3] / "tumble" / "starters" / "mine.py"
 STEPPED = ("tumble:rk4", "tumble:matrix-euler", "mujoco:euler", "pybullet:multibody")
 
 
@@ -43,6 +45,52 @@ def test_who_is_watched_flies_to_the_last_bit_as_unwatched(films):
         for run in compared.runs:
             seen = shot.trajectories[run.engine, run.method]
             assert (seen.vertices[rows] == run.flight.vertices).all(), run.name
+
+
+def test_one_run_is_both_the_film_and_the_comparison_where_its_steps_are_the_same(films, monkeypatch):
+    shots, alone = films
+    asked = []
+    simulate = RunningEngine.simulate
+
+    def counted(running_engine, scene, method, dt, *more, **others):
+        asked.append((scene.name, method))
+        return simulate(running_engine, scene, method, dt, *more, **others)
+
+    monkeypatch.setattr(RunningEngine, "simulate", counted)
+    scenes = [comparison.scene for comparison in alone]
+    watched = [filmed(scene, scene.step) for scene in scenes]
+    with launched([*STEPPED, "tumble:exact", str(MINE)]) as running_engines:
+        both = compare(running_engines, scenes, watched=watched)
+    twice = {"exact", "semi-implicit-euler"}
+    assert {method for _, method in asked if asked.count((scenes[0].name, method)) == 2} == twice, (
+        "a method that takes the whole way at once, and a file whose steps need not add up, run twice"
+    )
+    assert len(asked) == len(scenes) * (len(STEPPED) + 2 * len(twice))
+    for comparison, before, shot in zip(both, alone, shots, strict=True):
+        runs = {run.name: run for run in comparison.runs}
+        for own in before.runs:
+            run = runs[own.name]
+            assert (run.status, run.flight.steps) == (own.status, own.flight.steps)
+            assert (run.flight.times == own.flight.times).all()
+            assert (run.distances == own.distances).all()
+            assert (run.flight.states == own.flight.states).all()
+            assert run.flight.probe is not None
+            film = comparison.watched[run.engine, run.method]
+            assert (film.states == shot.trajectories[run.engine, run.method].states).all()
+
+
+def test_a_run_that_diverges_is_made_again_at_the_scenes_own_samples():
+    scene = read_scene("rod-stiff")
+    long, dt = replace(scene, times=scene.times[-1:]), scene.duration / 64
+    watched = [filmed(long, dt)]
+    assert takes_same_steps(long, watched[0], dt)
+    with launched(["tumble:rk4"]) as running_engines:
+        (alone,) = compare(running_engines, [long], dt)
+        (both,) = compare(running_engines, [long], dt, watched=watched)
+    film = both.watched["tumble", "rk4"]
+    assert film.diverged_at is not None
+    assert film.diverged_at < long.duration
+    assert both.runs[0].flight.steps == alone.runs[0].flight.steps > film.steps
 
 
 def test_the_truth_of_a_film_is_the_truth(films):

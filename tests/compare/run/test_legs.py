@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tumble.compare.run.flight import legs, mean_step
+from tumble.compare.run.flight import legs, mean_step, takes_same_steps
 from tumble.scenarios.read import read_scene
 
 TABLE = read_scene("table-4-1")
@@ -72,3 +72,13 @@ def test_no_step_is_longer_than_asked_and_none_is_lost(times, dt):
 )
 def test_the_step_taken_is_the_one_asked_for_only_where_all_steps_are_it(duration, steps, dt, taken):
     assert mean_step(duration, steps, dt) == taken
+
+
+def test_more_samples_take_the_same_steps_where_steps_end():
+    scene = at([0.25, 1.0])
+    assert takes_same_steps(scene, scene, 0.01)
+    assert takes_same_steps(scene, at([0.1, 0.25, 0.5, 0.51, 1.0]), 0.01)
+    assert not takes_same_steps(scene, at([0.1, 0.25, 0.505, 1.0]), 0.01), "a step is cut"
+    assert not takes_same_steps(scene, at([0.25, 0.5]), 0.01), "it ends before"
+    # Steps of 0.25 / 3: a part of the interval would have steps of 0.1, or others.
+    assert not takes_same_steps(scene, at([0.25 / 3, 0.25, 1.0]), 0.1)
