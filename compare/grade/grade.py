@@ -153,7 +153,10 @@ class Grade:
             return TOO_LITTLE
         # Any method of higher order explains a part of an error that is as small as it leaves.
         guessed = all(m.hypothesis.part == "steps" and m.hypothesis.only_named for m in best.mistakes)
-        partly = not guessed and self._leaves(MOST_LEFT, diagnosis)
+        # Rows are most precise at the start, when the errors are still small: all rows alike count as well.
+        null = diagnosis.null
+        less = ((best.weighted_rms_m, null.weighted_rms_m), (best.rms_m, null.rms_m))
+        partly = not guessed and all(left <= MOST_LEFT * whole for left, whole in less)
         return EXPLAINED_PARTLY if partly and not self._is_contrived(diagnosis) else UNEXPLAINED
 
     @cached_property
@@ -178,15 +181,6 @@ class Grade:
         best, fitted = self.diagnosis.best, len(self.diagnosis.best.fitted)
         by_single = fitted > 0 and best.in_digits > MUCH_BY_SINGLE and not self.measured.single
         return by_single or (self.diagnosis.stopped_s > 0 and fitted > (best.in_digits <= EXPLAINED))
-
-    @staticmethod
-    def _leaves(share: float, diagnosis: Diagnosis) -> bool:
-        """Whether the best explanation leaves at most this share, of all rows alike and of rows by their precision.
-
-        Rows are most precise at the start, when the errors are still small.
-        """
-        best, null = diagnosis.best, diagnosis.null
-        return best.weighted_rms_m <= share * null.weighted_rms_m and best.rms_m <= share * null.rms_m
 
     def _is_contrived(self, diagnosis: Diagnosis) -> bool:
         """Whether the best explanation has values that no program has: they were fitted to what something else left.

@@ -4,7 +4,6 @@ The instants lie on steps that a run takes anyway, so that filming does not chan
 """
 
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -43,7 +42,6 @@ def film(
     scenes: Sequence[Scene],
     dt: float | None = None,
     on_progress: ProgressCallback = no_progress,
-    truths: Truths | None = None,
 ) -> list[Film]:
     """Return the films of all scenes with a reference solution.
 
@@ -53,7 +51,6 @@ def film(
     scenes : the scenes
     dt : step [s]; None: each scene's own
     on_progress : called for every run and reference solution
-    truths : has the reference solutions of the films' scenes (`filmed`) already; None: they are computed
 
     Returns
     -------
@@ -72,11 +69,7 @@ def film(
         for running_engine in running_engines
         for method in running_engine.methods_for(scene)
     ]
-    with (
-        nullcontext(truths)
-        if truths
-        else Truths(watched, on_progress, limit_s=truth_limit(running_engines)) as references
-    ):
+    with Truths(watched, on_progress, limit_s=truth_limit(running_engines)) as references:
         answers = dict(zip((one.key for one in tasks), run(tasks, references, on_progress=on_progress), strict=True))
         true = [references.answer(scene).truth for scene in watched]
     flown = [

@@ -144,12 +144,12 @@ def takes_same_steps(scene: Scene, other: Scene, dt: float) -> bool:
     """
     parts = iter(legs(other, dt))
     for leg in legs(scene, dt):
-        left, end = leg.n, None
+        left = leg.n
         while left > 0 and (part := next(parts, None)):
-            left, end = left - part.n, part.end
             if part.dt != leg.dt:
                 return False
-        if left or end != leg.end:
+            left -= part.n
+        if left:
             return False
     return True
 

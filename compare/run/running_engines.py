@@ -130,21 +130,19 @@ class RunningEngine:
         One run answers both where it takes the same steps with all samples: of a method that chooses its own it does
         not, nor may it of a user's engine, whose steps need not add up.  watched: None, and so its flight: not asked.
         """
+        if watched is None:
+            return self.simulate(scene, method, dt, probe=True), None
         one_is_both = (
-            watched is not None
-            and len(scene.start) == len(watched.start)
+            len(scene.start) == len(watched.start)
             and not self.takes_own_steps(method)
             and not registry.is_file(self.engine)
             and not isinstance(self.worker, LocalWorker)
             and takes_same_steps(scene, watched, dt)
         )
-        if watched is None or not one_is_both:
-            film = None if watched is None else self.simulate(watched, method, dt)
-            return self.simulate(scene, method, dt, probe=True), film
-        seen = self.simulate(watched, method, dt, probe=True)
-        if isinstance(seen, Trajectory) and seen.diverged_at is None:
+        seen = self.simulate(watched, method, dt, probe=one_is_both)
+        # A run that diverges ends at its first sample that is not finite, and the scene has fewer samples.
+        if one_is_both and isinstance(seen, Trajectory) and seen.diverged_at is None:
             return seen.at(scene), seen
-        # It ended at the first sample that is not finite, of which there are more.
         return self.simulate(scene, method, dt, probe=True), seen
 
     def read_sensors(self, scene: Scene, method: str, dt: float) -> SensorReadings | Failure:
