@@ -166,22 +166,25 @@ class Sending:
     def _results(self, future: "Future") -> list[tuple[Task, Any]] | None:
         """Return the results of a batch, none where its worker ended; None: the scheduler ended."""
         _, batch = self._sent.pop(str(future.key))
-        if future.status == "error":
-            error = future.exception()
-            if type(error).__name__ != "KilledWorker":
-                raise error  # type: ignore[misc]
-            return self._after_death(batch)
-        if future.status == "lost" and self.client.status == "running":
+        status = future.status  # it may change at any moment
+        if status == "lost" and self.client.status == "running":
             # Its worker ended with the results before they were fetched: no task of it ended that worker.
             future.cancel()
             self._again += batch
             return []
-        if future.status != "finished":
+        if status not in ("finished", "error"):
             return None  # cancelled, which it is only with the scheduler
         try:
             took_s, frames = future.result()
         except (OSError, CancelledError):
+            if status == "error":
+                raise
             return None  # the scheduler ended while it handed the result over
+        except Exception as error:
+            # Also of results that were lost while they were fetched, and whose next worker ended.
+            if type(error).__name__ != "KilledWorker":
+                raise
+            return self._after_death(batch)
         self._size = max(1, min(2 * self._size, MOST_TASKS, int(BATCH_S * len(batch) / max(took_s, 1e-6))))
         return [(one.task, unframed(one.task.kind, data)) for one, data in zip(batch, frames, strict=True)]
 

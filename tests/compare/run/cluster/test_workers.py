@@ -67,6 +67,14 @@ def fatal(able: RunningEngine, home: int, log: Path, most: int) -> Trajectory | 
     return able.simulate(SCENE, "still", SCENE.step)
 
 
+def fatal_at_second_run(able: RunningEngine, log: Path) -> Trajectory | Failure:
+    with log.open("a") as file:
+        print(os.getpid(), file=file)
+    if len(log.read_text().split()) == 2:
+        os._exit(3)
+    return able.simulate(SCENE, "still", SCENE.step)
+
+
 def failing(able: RunningEngine, log: Path) -> int:
     with log.open("a") as file:
         print(os.getpid(), file=file)
@@ -179,6 +187,40 @@ def test_results_that_ended_with_their_worker_are_asked_for_again(workers, engin
     assert os.getpid() not in {process for _, process, _ in found}, "the scheduler is not gone"
 
 
+def test_a_worker_that_ends_while_it_makes_lost_results_again_is_one_that_ended_with_the_task(
+    workers, engine, monkeypatch, tmp_path
+):
+    """The results are there, their worker ends before they are fetched, and the next worker ends too."""
+    from patience import until  # workers, which import this file, do not find it
+
+    workers.client.wait_for_workers(2)
+    runs = tmp_path / "runs"
+
+    class SeenBefore:
+        def __init__(self, future: Any) -> None:
+            self.status, self.key, self.result = future.status, future.key, future.result
+
+    taken, seen = Sending._results, []
+
+    def after_its_worker_ended(sending: Sending, future: Any) -> Any:
+        if not seen:
+            seen.append(SeenBefore(future))
+            (ran,) = runs.read_text().split()
+            os.kill(int(ran), signal.SIGKILL)
+            until(lambda: future.status in ("lost", "error"))
+            future = seen[0]
+        return taken(sending, future)
+
+    monkeypatch.setattr(Sending, "_results", after_its_worker_ended)
+    task = Task(("die-straight", "mine", "still"), engine, partial(fatal_at_second_run, log=runs))
+    with executing(Execution(work=workers.work)):
+        (found,) = run([task])
+    assert seen[0].status == "finished"
+    assert isinstance(found, Trajectory)
+    assert len(set(runs.read_text().split())) == 3, "each in another worker, none of them at home"
+    assert str(os.getpid()) not in runs.read_text().split()
+
+
 def test_commands_that_share_workers_leave_each_others_tasks_and_engines_alone(workers, tmp_path):
     from patience import until  # workers, which import this file, do not find it
 
@@ -191,6 +233,7 @@ def build(scene, method):
     return {{}}
 """
     slow.write_text(ENGINE.replace("def build(scene, method): return {}", waiting))
+    workers.client.wait_for_workers(2)  # a test before may have ended one
     address = workers.client.scheduler.address
     with (
         launched([str(slow)]) as (engine,),
@@ -203,7 +246,7 @@ def build(scene, method):
         with connected(address):
             pass  # a third one that ends
         go.touch()
-        assert all(isinstance(each.result()[0], Trajectory) for each in same)
+        assert [type(each.result()[0]) for each in same] == 2 * [Trajectory]
     assert len(set(begun.read_text().split())) == 2, "each has an engine of its own"
 
 
