@@ -33,7 +33,7 @@ def test_any_text_names_a_contestant_or_is_refused_in_one_line(text):
         found = Contestant.parse(text)
     except BadEngine:
         return
-    assert str(found) == text.removesuffix(":")
+    assert text in (str(found), f"{found}:"), "a method may be a colon"
 
 
 def test_the_parts_of_a_full_name():
