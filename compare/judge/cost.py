@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tumble.compare.judge.errors import Run
+from tumble.compare.run.contestant import MethodName
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.status import Failure
@@ -53,9 +54,15 @@ class Times(NamedTuple):
 
 
 def time_runs(
-    running_engines: Sequence[RunningEngine], scenes: Sequence[tuple[Scene, Sequence[Run]]], sampling: Sampling = USUAL
+    running_engines: Sequence[RunningEngine],
+    scenes: Sequence[tuple[Scene, Sequence[Run]]],
+    sampling: Sampling = USUAL,
+    reference: str = "",
 ) -> list[Times]:
-    """Return the times of the runs that flew, of each scene: all sampled in the same rounds, a scene's side by side."""
+    """Return the times of the runs that flew, of each scene: all sampled in the same rounds, a scene's side by side.
+
+    reference: ENGINE:METHOD that the others' times are told as multiples of; empty: none is.
+    """
     by_title = {running_engine.title: running_engine for running_engine in running_engines}
     loads = {
         f"{number} {run.name}": Load(by_title[run.engine], scene, run.method)
@@ -63,7 +70,13 @@ def time_runs(
         for run in runs
         if isinstance(run.answer, Trajectory)
     }
-    found = costs(loads, sampling)
+    units = frozenset(
+        f"{number} {run.name}"
+        for number, (_, runs) in enumerate(scenes)
+        for run in runs
+        if reference in (run.name, f"{run.engine}:{MethodName.parse(run.method).without_tolerance}")
+    )
+    found = costs(loads, sampling._replace(units=units & loads.keys()))
     times = []
     for number, (_, runs) in enumerate(scenes):
         own = [(run, key) for run in runs if (key := f"{number} {run.name}") in loads]

@@ -224,10 +224,10 @@ def audit(scene: Scene, flight: Trajectory, truth: Truth, rounding: float) -> li
 
 def lost_torque(scene: Scene, states: Array, true_states: Array) -> bool:
     """Whether the angular velocity stays what it was between impulses while the true one changes, (R, N, 13) each."""
-    struck_at = [impulse.time for impulse in scene.impulses]
-    turned, stood = 0.0, 0.0
-    for row in range(1, len(scene.rows)):
-        if not any(scene.rows[row - 1] < time <= scene.rows[row] for time in struck_at):
-            turned += largest(np.diff(true_states[row - 1 : row + 1, :, 10:13], axis=0))
-            stood += largest(np.diff(states[row - 1 : row + 1, :, 10:13], axis=0))
+    struck = np.searchsorted(scene.rows, [impulse.time for impulse in scene.impulses])
+    between = np.setdiff1d(np.arange(1, len(scene.rows)), struck)
+    turned, stood = (
+        float(np.linalg.norm(each[between, :, 10:13] - each[between - 1, :, 10:13], axis=-1).max(axis=-1).sum())
+        for each in (true_states, states)
+    )
     return turned > TURNED * largest(true_states[..., 10:13]) and stood < STOOD_STILL * turned

@@ -73,7 +73,7 @@ def sweep_scenes(
         landing = [scene for scene in scenes if scene.name in observed]
         with display(flights(running_engines, [*scenes, *landing]) + len(scenes)) as on_progress, Parts() as part:
             for scene in scenes:
-                swept = part(lambda scene=scene: sweep(running_engines, scene, on_progress))
+                swept = part(lambda scene=scene: sweep(running_engines, scene, on_progress, reference=reference))
                 own = observed.get(scene.name)
                 questions = [own.question] if own else []
                 seen = part(lambda questions=questions: ask(running_engines, questions, on_progress))

@@ -38,11 +38,6 @@ TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
 # Where a run takes more than this share of the budget the steps are halved, and only where the error passes one of
 # those above there is a run between: four levels a decade would take 1.7 times as long.
 COSTLY = 0.03
-# Errors whose run times are reported.
-TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
-# Of the levels whose runs take more than this share of the budget only every second is run, but for those next to one
-# of the errors above: four levels a decade take 1.7 times as long as two.
-COSTLY = 0.03
 
 
 @dataclass(frozen=True)
@@ -96,6 +91,7 @@ def sweep(
     effort: Effort = FULL,
     enough_m: float = 0.0,
     beyond_samples: bool = False,
+    reference: str = "",
 ) -> Sweep:
     """Return one scene's error and run time for every contestant and every level of its sequence.
 
@@ -107,6 +103,7 @@ def sweep(
     effort : how far the sequences go, and how times are sampled
     enough_m : a sequence ends when it reaches this error [m]
     beyond_samples : fixed steps start above the sampling interval, with errors measured where they end
+    reference : ENGINE:METHOD that run times are divided by; empty: by any
 
     Returns
     -------
@@ -123,6 +120,7 @@ def sweep(
         ladders(running_engines, scene, on_progress, effort, enough_m, beyond_samples=beyond_samples),
         on_progress,
         effort,
+        reference,
     )
 
 
@@ -188,6 +186,7 @@ def against_the_clock(
     runs: Sequence[Run],
     on_progress: ProgressCallback = no_progress,
     effort: Effort = FULL,
+    reference: str = "",
 ) -> Sweep:
     """Return the sweep of one scene's sequences, all times sampled in the same rounds.
 
@@ -198,12 +197,13 @@ def against_the_clock(
     runs : as of `ladders`
     on_progress : called when all are timed
     effort : how times are sampled
+    reference : ENGINE:METHOD that run times are divided by; empty: by any
 
     Returns
     -------
     all runs, timed if possible
     """
-    ((timed, why_untimed),) = time_runs(running_engines, [(scene, runs)], effort.sampling)
+    ((timed, why_untimed),) = time_runs(running_engines, [(scene, runs)], effort.sampling, reference)
     on_progress("timed")
     clocked = {id(each.run) for each in timed}
     return Sweep(

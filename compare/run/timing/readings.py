@@ -9,7 +9,7 @@ are narrow or the time for it is over.
 
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from time import monotonic
 from typing import NamedTuple
@@ -34,16 +34,22 @@ LEVEL, RESAMPLES, BLOCK = 0.99, 400, 4
 PROCESS = 0.03
 # Rounds are added while what chance leaves of an interval is wider than this, from its middle to its end.
 NARROW = 0.03
+# Rounds of those whose ratios to a unit stay wider, over the rounds of all.
+MORE = 4
 GONE, STOOD = "its process ended while it was timed", "the clock stood still while it was timed"
 NO_NUMBER = "its clock showed no number while it was timed"
 
 
 class Sampling(NamedTuple):
-    """How long is sampled: at least that long [s] and that many rounds, and at most so long [s] for narrow ratios."""
+    """How long is sampled: at least that long [s] and that many rounds, and at most so long [s] for narrow ratios.
+
+    units: the keys of what all others are told as multiples of; empty: of each other.
+    """
 
     span_s: float = SPAN_S
     rounds: int = ROUNDS
     budget_s: float = BUDGET_S
+    units: frozenset[str] = frozenset()
 
 
 USUAL = Sampling()
@@ -51,7 +57,7 @@ USUAL = Sampling()
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """What one timer said, round after round, by the clock that is right for it [ns], (rounds,).
+    """What one timer said, round after round from the first, by the clock that is right for it [ns], (rounds,).
 
     finding: how the clocks disagree, empty where they do not.
     """
@@ -150,12 +156,14 @@ class Ratio:
 
 
 def ratio(a: Reading, b: Reading) -> Ratio:
-    """Return how many times as long a takes as b, which were sampled in the same rounds."""
-    if np.isnan([a.samples, b.samples]).any():
+    """Return how many times as long a takes as b, by the rounds in which both were sampled."""
+    both = min(len(a.samples), len(b.samples))
+    over, under = a.samples[:both], b.samples[:both]
+    if np.isnan([over, under]).any():
         return Ratio(math.nan, math.nan, math.nan)
-    if not (np.minimum(a.samples, b.samples) > 0).all():
+    if not (np.minimum(over, under) > 0).all():
         return Ratio(math.nan, 0.0, math.inf)
-    logs = np.log(a.samples / b.samples)
+    logs = np.log(over / under)
     low, high = interval(logs)
     return Ratio(*np.exp((np.median(logs), low - PROCESS, high + PROCESS)).tolist())
 
@@ -178,26 +186,28 @@ def round_robin(
     span_s: float = SPAN_S,
     rounds: int = ROUNDS,
     budget_s: float = BUDGET_S,
+    units: Collection[str] = (),
 ) -> dict[str, Reading | Failure]:
     """Sample all in turn and return what each said, or why one could not be sampled to the end.
 
-    At least that many rounds and that long [s], and on until the ratios are narrow or the budget [s] is spent.  What
-    else the machine did meanwhile is said once, on standard error.
+    At least that many rounds and that long [s], and on until the ratios are narrow or the budget [s] is spent.  Where
+    the ratios are those to units, one whose ratio is narrow is not sampled any more, and no other in more than MORE
+    times as many rounds.  What else the machine did meanwhile is said once, on standard error.
     """
     if not samplers:
         return {}
     said: dict[str, list[Sample]] = {key: [] for key in samplers}
     failed: dict[str, Failure] = {}
     begin, before = monotonic(), machine()
-    taken, look_again = 0, rounds
-    while said:
-        for key in [*said]:
+    taken, look_again, going_on = 0, rounds, [*samplers]
+    while going_on:
+        for key in going_on:
             one = samplers[key]()
             if isinstance(one, Failure):
                 failed[key] = one
-                del said[key]
             else:
                 said[key].append(one)
+        going_on = [key for key in going_on if key not in failed]
         taken += 1
         spent = monotonic() - begin
         if taken < rounds or spent < span_s:
@@ -205,11 +215,29 @@ def round_robin(
         if spent >= budget_s:
             break
         if taken >= look_again:
-            if narrow([reading(samples) for samples in said.values()]):
+            found = {key: reading(said[key]) for key in going_on}
+            known = [key for key in units if key in found]
+            if known:
+                still = wide(found, known) if taken < MORE * rounds else []
+                going_on = [key for key in going_on if key in still or key in known] if still else []
+            elif narrow([*found.values()]):
                 break
             look_again = taken + taken // 4
+            if known:
+                look_again = min(look_again, MORE * rounds)
     say(other_work(before, machine()))
     return {key: failed[key] if key in failed else reading(said[key]) for key in samplers}
+
+
+def wide(readings: Mapping[str, Reading], units: Collection[str]) -> list[str]:
+    """Return those that have a time, and room left by chance in their ratios to units, sampled in the same rounds."""
+    logs = {key: np.log(each.samples) for key, each in readings.items() if not each.doubt}
+    paces = [logs[key] for key in units if key in logs]
+    if not paces:
+        return []
+    pace = np.mean(paces, axis=0)
+    ends = {key: interval(each - pace) for key, each in logs.items()}
+    return [key for key, (low, high) in ends.items() if high - low > 2 * NARROW]
 
 
 def narrow(readings: Sequence[Reading]) -> bool:

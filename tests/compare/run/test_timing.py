@@ -18,6 +18,7 @@ from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing import machine_load
 from tumble.compare.run.timing.machine_load import Machine, other_work
 from tumble.compare.run.timing.readings import (
+    MORE,
     PROCESS,
     USUAL,
     Ratio,
@@ -352,6 +353,32 @@ def test_rounds_are_added_until_ratios_are_narrow_or_the_budget_ends():
     assert narrow(list(wild.values()))
     hopeless = round_robin({"a": sampler(5.0), "b": sampler(5.0)}, span_s=0.0, rounds=24, budget_s=0.2)
     assert not narrow(list(hopeless.values()))
+
+
+def test_rounds_are_added_for_those_whose_ratio_to_the_unit_is_wide():
+    draw, calls = np.random.default_rng(5), dict.fromkeys(("unit", "calm", "wild", "hopeless", "dead"), 0)
+    pace = np.exp(0.3 * draw.normal(size=200))
+
+    def sampler(key: str, spread: float):
+        def sample() -> Sample | Failure:
+            calls[key] += 1
+            if key == "dead" and calls[key] > 3:
+                return Failure(Status.CRASHED, "dead")
+            # The machine slows all of a round alike.
+            ns = float(pace[calls["unit"] - 1] * np.exp(draw.normal(0.0, spread)))
+            return Sample((ns,) * 4, (0.0,) * 4)  # type: ignore[arg-type]
+
+        return sample
+
+    spreads = {"unit": 0.001, "calm": 0.001, "wild": 0.06, "hopeless": 5.0, "dead": 0.001}
+    samplers = {key: sampler(key, spread) for key, spread in spreads.items()}
+    found = round_robin(samplers, span_s=0.0, rounds=8, budget_s=30.0, units={"unit"})
+    assert calls["calm"] == 8
+    assert 8 < calls["wild"] < calls["unit"] == calls["hopeless"] == 8 * MORE
+    assert isinstance(found["dead"], Failure)
+    # By the rounds that both have, in which the machine was as slow for one as for the other.
+    assert ratio(found["calm"], found["unit"]).value == pytest.approx(1.0, abs=0.01)  # type: ignore[arg-type]
+    assert ratio(found["unit"], found["calm"]).high < 1.05  # type: ignore[arg-type]
 
 
 def recorded() -> dict[str, list[np.ndarray]]:
