@@ -83,13 +83,21 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
         print(importlib.import_module("argcomplete").shellcode(["tumble"], shell=options.completion))  # noqa: T201
     elif options.command is None:
         top.print_help()
+    elif hasattr(options, "memory_limit"):  # it starts engines, which import what they need beside its own imports
+        with importlib.import_module("tumble.compare.run.process.fork_server").fork_server():
+            return run(options)
     else:
-        command = importlib.import_module(f"tumble.commands.{options.command}")
-        importlib.import_module("tumble.notes").show_log()
-        if any(getattr(options, name, None) for name in SHARED):
-            return importlib.import_module("tumble.shares").main(command.main, options)
-        return command.main(options)
+        return run(options)
     return EXIT_DONE
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the command; return the exit code."""
+    command = importlib.import_module(f"tumble.commands.{options.command}")
+    importlib.import_module("tumble.notes").show_log()
+    if any(getattr(options, name, None) for name in SHARED):
+        return importlib.import_module("tumble.shares").main(command.main, options)
+    return command.main(options)
 
 
 def numba_refused(environment: Mapping[str, str]) -> str:

@@ -38,6 +38,7 @@ DEFAULT = ()  # solve_ivp's is RK45
 ADAPTIVE = {"dop853": 1e-9}
 FEATURES = {"gravity", "tether", "drag", "floor"}
 PACKAGES = ("scipy",)
+IMPORTS = ("numba",)
 ABOUT = {
     "version": version("scipy"),
     "precision": "double",

@@ -37,6 +37,7 @@ FEATURES = {*(law.removesuffix("s") for law in LAWS), "plane"}
 SLOW_NS = {"magnus6": 90.0, "taylor8": 80.0, "taylor12": 140.0, "splitting8": 800.0, "gauss6": 3500.0, "radau5": 3500.0}
 STEP_NS = dict.fromkeys((*METHODS, *ON_REQUEST), 50.0) | SLOW_NS
 PACKAGES = ("tumble",)
+IMPORTS = ("numba",)
 SCHEMES = {
     "rk4": "rk4",
     "symplectic-euler": "semi-implicit-euler",

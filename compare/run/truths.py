@@ -16,6 +16,7 @@ import numpy as np
 
 from tumble.compare.run.digest import digest
 from tumble.compare.run.execution import EXECUTION
+from tumble.compare.run.process import fork_server
 from tumble.compare.run.process.callers import Call, Callers
 from tumble.compare.run.progress import Progress, ProgressCallback, no_progress
 from tumble.scenarios.frames import Array
@@ -186,7 +187,8 @@ class Truths:
             if self._execution.caches:
                 one.add_done_callback(lambda _, one=one: self._save(one))
         of = partial(true_answer, with_input_error=self._floor, limit_s=self._limit_s)
-        if len(waiting) > 1 or self._callers or (waiting and len(self.futures) > len(self.begun)):
+        several = len(waiting) > 1 or self._callers or (waiting and len(self.futures) > len(self.begun))
+        if several or (waiting and fork_server.running):
             self._share_out(waiting, [Call(of, (one.scene,), told[one]) for one in waiting])
         else:
             for one in waiting:
@@ -241,7 +243,8 @@ class Truths:
                     future.cancel()
                 return
             if self._callers is None:
-                self._callers = Callers(os.cpu_count() or 1)
+                compiled = any(one.scene.sensors or not one.scene.is_free for one in self.futures)
+                self._callers = Callers(os.cpu_count() or 1, (__name__, *(["numba"] if compiled else [])))
             self._callers.share_out(calls, [not one.scene.is_free for one in futures], futures)
 
     def stop(self) -> None:

@@ -4,7 +4,6 @@ import math
 import threading
 from dataclasses import replace
 from functools import cached_property
-from pathlib import Path
 from time import monotonic
 from typing import Any, Self
 
@@ -12,9 +11,10 @@ import numpy as np
 
 from tumble.compare.run.digest import digest
 from tumble.compare.run.engines.environments import HERE, Place, located
-from tumble.compare.run.engines.registry import BadEngine, EngineInfo, is_file
+from tumble.compare.run.engines.registry import BadEngine, EngineInfo, is_file, package
 from tumble.compare.run.engines.sources import sources
 from tumble.compare.run.flight import Trajectory
+from tumble.compare.run.process.fork_server import SERVE, Fork
 from tumble.compare.run.process.message import Malformed
 from tumble.compare.run.process.process import Died, Process, signal_name
 from tumble.compare.run.questions import (
@@ -70,10 +70,16 @@ class Worker:
         if place is None:
             self._why_gone = Failure(Status.MISSING, why)
             return
-        serve = str(Path(__file__).with_name("serve.py"))
+        # A user's file finds nothing imported but what it imports, and another Python has nothing of this one.
+        is_ours = place == HERE and not is_file(engine)
+        words = name, str(memory_limit)
         try:
             # Files in the working directory are the user's, and run only when he names one.
-            self._process = Process([place.python, "-P", serve, name, str(memory_limit)], place.variables)
+            self._process = Process(
+                [place.python, "-P", SERVE, *words],
+                place.variables,
+                Fork(words, package(name).imports) if is_ours else None,
+            )
         except OSError as error:
             reason = f"its process cannot be started: {error.strerror or error}"
             self._why_gone = Failure(Status.CRASHED, reason, process_died=True)

@@ -5,7 +5,7 @@ import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from tumble.compare.run.process.process import kill_group
+from tumble.compare.run.process.start import kill_group
 from tumble.lab.pool import Contestant
 from tumble.lab.refusals import Refused
 from tumble.lab.save import Saved

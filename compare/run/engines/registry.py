@@ -53,7 +53,7 @@ class Package:
     release of Python that it has wheels for, empty where it has them for all; installer: what installs them, "pip",
     "npm" or "apt"; debian: of the last the packages that bring the first pin, that of Python first; apart: whether it
     has an environment of its own everywhere, and takes part only when asked for; megabytes: what such an environment
-    takes.
+    takes; imports: packages that it shares with other engines and are slow to import, for a fork server.
     """
 
     packages: tuple[str, ...] = ()
@@ -63,6 +63,7 @@ class Package:
     debian: tuple[str, ...] = ()
     apart: bool = False
     megabytes: int = 0
+    imports: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,11 @@ from typing import Any
 import numpy as np
 
 import tumble
+from tumble.compare.run.process.fork_server import Fork
 from tumble.compare.run.process.message import PREFIX, frame, lengths, unpacked
-from tumble.compare.run.process.process import Died, Process, end_with_parent, open_line
+from tumble.compare.run.process.process import Died, Process
+from tumble.compare.run.process.start import end_with_parent, open_line
+from tumble.compare.run.serve import CALLS
 
 # What the process runs: it finds the package where this one has found it, and nothing else of the working folder.
 HOME = str(Path(tumble.__path__[0]).parent)
@@ -31,9 +34,15 @@ Tell = Callable[[float], object]
 
 
 class Caller:
-    """A process that makes one call after the other: it starts with the first, and ends when this process does."""
+    """A process that makes one call after the other: it starts with the first, and ends when this process does.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    imports : modules that it shares with others where it may be forked; None: it may not
+    """
+
+    def __init__(self, imports: tuple[str, ...] | None = None) -> None:
+        self._fork = None if imports is None else Fork((CALLS,), (__name__, *imports))
         self._process: Process | None = None
         self._thread = ThreadPoolExecutor(1)
         self._own_thread: int | None = None
@@ -49,7 +58,7 @@ class Caller:
             if self._ended or (self._process is not None and self._process.gone):
                 raise Died("its process is gone")
             if self._process is None:
-                self._process = Process([sys.executable, "-P", "-c", BEGIN], {})
+                self._process = Process([sys.executable, "-P", "-c", BEGIN], {}, self._fork)
             return self._thread.submit(self._call, self._process, function, arguments, tell)
 
     def _call(

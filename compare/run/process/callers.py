@@ -22,10 +22,10 @@ Task = tuple[Call, "Future[Any]"]
 
 
 class Callers:
-    """At most so many processes, each of which makes one call after the other."""
+    """At most so many processes, each of which makes one call after the other; imports: as of `Caller`."""
 
-    def __init__(self, count: int) -> None:
-        self._callers = [Caller() for _ in range(count)]
+    def __init__(self, count: int, imports: tuple[str, ...] | None = None) -> None:
+        self._callers = [Caller(imports) for _ in range(count)]
 
     def share_out(
         self, calls: Sequence[Call], of_a_kind: Sequence[bool], futures: Sequence["Future[Any]"] = ()

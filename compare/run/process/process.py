@@ -3,23 +3,18 @@
 import os
 import signal
 import socket
-import subprocess
 import sys
-import threading
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from time import monotonic, sleep
 from typing import Any
 
 from tumble.compare.run.process import usage
+from tumble.compare.run.process.fork_server import Fork, Forked, forked
 from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, unpacked
+from tumble.compare.run.process.start import KEPT_MEMORY, environment, kill_group, start, start_on_windows
 
 # How often a process that does not answer is looked at [s], and one that is about to end.
 LOOK_S, LOOK_AT_END_S = 0.5, 0.005
-# glibc gives back every large block that is freed; a PyBullet world, a few MB, took 20 ms to be made of fresh pages.
-KEPT_MEMORY = {"MALLOC_TRIM_THRESHOLD_": str(64 << 20), "MALLOC_MMAP_THRESHOLD_": str(32 << 20)}
-# Standard input, which is the lifeline where no other descriptor is inherited.
-STDIN = 0
 
 
 class Died(Exception):
@@ -30,23 +25,26 @@ class Process:
     """A command in a session of its own, and the line to it.
 
     command: its words; two more are added, for `open_line` and `end_with_parent`.  The lifeline is a pipe that is never
-    written to: it closes when this process ends.  variables: environment variables beyond this process's.
+    written to: it closes when this process ends.  variables: environment variables beyond this process's; fork: what a
+    fork of the command's fork server does in its place, None where only the command will do.
     Raises OSError where it cannot be started.
     """
 
-    def __init__(self, command: Sequence[str], variables: Mapping[str, str]) -> None:
-        # A new process's peak begins with that of the one that started it: only more than that is surely its own.
-        self._begun_with = usage.peak_bytes()
+    def __init__(self, command: Sequence[str], variables: Mapping[str, str], fork: Fork | None = None) -> None:
         env = {**KEPT_MEMORY, **environment(), **variables}
         self._line, far_line = socket.socketpair()
         try:
-            start = _start_on_windows if sys.platform == "win32" else _start
-            self._process, self._lifeline = start(command, env, far_line)
+            begin = start_on_windows if sys.platform == "win32" else start
+            begun = forked(fork, env, far_line) if fork else None
+            self._process, self._lifeline = begun or begin(command, env, far_line)
         except BaseException:
             self._line.close()
             raise
         finally:
             far_line.close()
+        # A new process's peak begins with that of the one that started it: only more than that is surely its own.
+        process = self._process
+        self._begun_with = process.begun_with if isinstance(process, Forked) else usage.peak_bytes()
         self.peak_bytes, self.peak_is_its_own = 0, False
 
     def send(self, value: object, by: float) -> None:
@@ -96,7 +94,7 @@ class Process:
     @property
     def gone(self) -> bool:
         """Whether it has ended, by itself or not."""
-        if sys.platform == "win32":
+        if sys.platform == "win32" and not isinstance(self._process, Forked):
             return self._process.poll() is not None
         if self._process.returncode is not None:
             return True
@@ -119,7 +117,9 @@ class Process:
         while monotonic() < until and not (by_itself := self.gone):
             sleep(LOOK_AT_END_S)
         kill_group(self._process.pid)
-        if hasattr(os, "wait4"):
+        if isinstance(self._process, Forked):
+            self._process.returncode, self.peak_bytes = self._process.reap()
+        elif hasattr(os, "wait4"):
             self._process.returncode, self.peak_bytes = usage.reap(self._process.pid)
         else:
             self._process.wait()
@@ -127,111 +127,6 @@ class Process:
         self._line.close()
         os.close(self._lifeline)
         return self._process.returncode if by_itself else None
-
-
-def _start(
-    command: Sequence[str], env: Mapping[str, str], far_line: socket.socket
-) -> tuple[subprocess.Popen[bytes], int]:
-    """Start a process that inherits its ends of line and lifeline; return it and our end of the lifeline."""
-    far_lifeline, lifeline = os.pipe()
-    far_ends = far_line.fileno(), far_lifeline
-    try:
-        process = subprocess.Popen(
-            [*command, *map(str, far_ends)],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            pass_fds=far_ends,
-            env=env,
-            start_new_session=True,
-        )
-    except BaseException:
-        os.close(lifeline)
-        raise
-    finally:
-        os.close(far_lifeline)
-    return process, lifeline
-
-
-def _start_on_windows(
-    command: Sequence[str], env: Mapping[str, str], far_line: socket.socket
-) -> tuple[subprocess.Popen[bytes], int]:
-    """Start a process where sockets are not inherited: its end of the line is shared along its standard input."""
-    process = subprocess.Popen(
-        [*command, "shared", str(STDIN)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
-        env=env,
-    )
-    assert process.stdin is not None
-    lifeline = os.dup(process.stdin.fileno())
-    process.stdin.close()
-    shared = far_line.share(process.pid)  # type: ignore[attr-defined]
-    os.write(lifeline, len(shared).to_bytes(4, "little") + shared)
-    return process, lifeline
-
-
-def open_line(line: str) -> socket.socket:
-    """In the process itself: return its end of the line, from the first word that `Process` has added."""
-    if line != "shared":
-        os.set_inheritable(int(line), False)
-        return socket.socket(fileno=int(line))
-    shared = os.read(STDIN, int.from_bytes(os.read(STDIN, 4), "little"))
-    return socket.fromshare(shared)  # type: ignore[attr-defined]
-
-
-def end_with_parent(lifeline: str) -> None:
-    """In the process itself, after `open_line`: end its whole group when the other end of the lifeline closes.
-
-    Linux sends the signal itself, so that no thread is needed, and none that holds a lock is in the way; elsewhere a
-    thread waits.  The signal that follows a parent's death (PR_SET_PDEATHSIG) would follow the end of the thread that
-    started the process, too.
-
-    lifeline: the second word that `Process` has added.
-    """
-    with suppress(ImportError, AttributeError):
-        import fcntl
-
-        fcntl.fcntl(int(lifeline), fcntl.F_SETOWN, -os.getpgrp())
-        fcntl.fcntl(int(lifeline), fcntl.F_SETSIG, signal.SIGKILL)
-        fcntl.fcntl(int(lifeline), fcntl.F_SETFL, fcntl.fcntl(int(lifeline), fcntl.F_GETFL) | os.O_ASYNC)
-        os.set_blocking(int(lifeline), False)
-        with suppress(BlockingIOError):
-            _wait_and_end(int(lifeline))  # it was closed before the system watched it
-        return
-    threading.Thread(target=_wait_and_end, args=(int(lifeline),), daemon=True).start()
-
-
-def _wait_and_end(lifeline: int) -> None:
-    os.read(lifeline, 1)
-    if hasattr(os, "killpg"):
-        kill_group(os.getpgrp())
-    os._exit(1)
-
-
-def environment() -> dict[str, str]:
-    """Return this process's environment variables, from any thread: another may take one away while they are read."""
-    seen = ((name, os.environ.get(name)) for name in list(os.environ))
-    return {name: value for name, value in seen if value is not None}
-
-
-def kill_group(leader: int) -> None:
-    """Kill every process of a group; where there are no groups, a process and all that it has started.
-
-    Parameters
-    ----------
-    leader : process id of the group's leader
-    """
-    if hasattr(os, "killpg"):
-        with suppress(ProcessLookupError, PermissionError):  # macOS: all that is left of it has ended already
-            os.killpg(leader, signal.SIGKILL)
-        return
-    import psutil
-
-    with suppress(psutil.NoSuchProcess):
-        process = psutil.Process(leader)
-        for each in (*process.children(recursive=True), process):
-            with suppress(psutil.Error):
-                each.kill()
 
 
 def signal_name(number: int) -> str:

@@ -348,7 +348,7 @@ def process_ns() -> int:
 
 def queued_ns() -> int:
     """Return how long this thread has waited for a core that others were on [ns], 0 where the system does not tell."""
-    return int(os.pread(SCHEDULE, 64, 0).split()[1]) if SCHEDULE else 0
+    return int(os.pread(SCHEDULE[0], 64, 0).split()[1]) if SCHEDULE[0] else 0
 
 
 def schedule() -> int | None:
@@ -371,6 +371,8 @@ def peak_bytes(process: int | None = None) -> int:
     return usage.peak_bytes()
 
 
-SCHEDULE = schedule()
+SCHEDULE = [schedule()]
+if hasattr(os, "register_at_fork"):  # a fork's thread is another
+    os.register_at_fork(after_in_child=lambda: SCHEDULE.__setitem__(0, schedule()))
 # The thread's is read next to what is timed: most engines are timed by it.
 CLOCKS = (thread_time_ns, process_ns, perf_counter_ns, queued_ns)

@@ -23,7 +23,7 @@ from typing_extensions import TypeAliasType
 from tumble.compare.run.engines.environments import Place
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths, split, unpacked
-from tumble.compare.run.process.process import environment
+from tumble.compare.run.process.start import environment
 from tumble.compare.run.questions import Question, Simulate
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.worker import Worker

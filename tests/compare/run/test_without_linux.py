@@ -23,7 +23,7 @@ HOLDS = "import os, sys, time; os.fork() or time.sleep(6000); sys.exit(int({code
 WATCHED = """
 import sys
 {without}
-from tumble.compare.run.process.process import end_with_parent
+from tumble.compare.run.process.start import end_with_parent
 end_with_parent(sys.argv[1])
 print("watched", flush=True)
 while True: pass
@@ -130,7 +130,7 @@ def test_what_proc_tells_is_done_without(monkeypatch):
     # By both it has held some hundred megabytes; ru_maxrss begins with what the parent held.
     assert 0.5 * held < timer.peak_bytes() < 1e3 * held
     assert timer.schedule() is None
-    monkeypatch.setattr(timer, "SCHEDULE", None)
+    monkeypatch.setattr(timer, "SCHEDULE", [None])
     assert timer.queued_ns() == 0
     monkeypatch.setattr(psutil, "cpu_times", nowhere)
     assert machine_load.machine() is None
