@@ -3,6 +3,8 @@
 Where the numbers do not settle a question, because only a flight can tell, the answer is that the scene needs it.
 """
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 
 from tumble.scenarios.forces import LAWS, acting, can_turn
@@ -12,6 +14,8 @@ from tumble.scenarios.scene import Body, Impulse, Scene
 
 # The force laws an engine must be able to express exactly; a file in compare/engines lists those it can.
 FORCES = tuple(law.name for law in LAWS)
+# Of scenes that there are, which never change.
+_known: WeakKeyDictionary[Scene, tuple[str, ...]] = WeakKeyDictionary()
 
 
 def needs(scene: Scene) -> tuple[str, ...]:
@@ -27,6 +31,13 @@ def needs(scene: Scene) -> tuple[str, ...]:
         in this order: the FORCES; rotation, if the body ever rotates; gyroscopic, if it ever rotates about an axis
         that is not principal, or may; later impulses; throws, if there is more than one
     """
+    found = _known.get(scene)
+    if found is None:
+        found = _known[scene] = _needs(scene)
+    return found
+
+
+def _needs(scene: Scene) -> tuple[str, ...]:
     with np.errstate(all="ignore"):  # what overflows is not zero, and so it is needed
         spins = _spins(scene)
         precesses = bool(np.ptp(scene.body.moments)) if spins is None else _precesses(spins, scene.body)

@@ -70,9 +70,16 @@ def only_gravity(forces: Forces) -> bool:
 
 
 def gives_torque(forces: Forces, turning: bool) -> bool:
-    """Return whether forces can turn the body, or depend on how it is turned; turning: whether it spins as it is.
+    """Return whether forces can rotate the body, or depend on how it is rotated.
 
-    Of a law that is not spoken of here it is taken that it can.
+    Parameters
+    ----------
+    forces : of the scene
+    turning : whether the body rotates without them
+
+    Returns
+    -------
+    whether they can; of a law that is not named here, always
     """
     if forces.drag is not None and forces.drag[1] is not None and turning:
         return True

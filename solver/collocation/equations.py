@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tumble.solver.collocation.scheme import Scheme
 from tumble.solver.compilation import inlined
-from tumble.solver.eight import Eight, eight, fused_eight, lane, loaded
+from tumble.solver.eight import COUNT, Eight, eight, fused_eight, lane, loaded
 from tumble.solver.forces import Forces
 from tumble.solver.motion import free_slope, if_turning, slope
 from tumble.solver.quaternion import Quaternion, conjugate, norm_squared, product, product_vector, stretch
@@ -25,6 +25,8 @@ Eights = tuple[Eight, Eight, Eight]
 Whole = tuple[Vector, Quaternion, Vector, Vector]
 
 NOTHING = (0.0, 0.0, 0.0)
+# Where forces are looked at: at the instants of the mean, or at the stages.
+AT_INSTANTS, AT_STAGES = 0, 1
 
 
 class Slopes(NamedTuple):
@@ -43,10 +45,20 @@ class Stages(NamedTuple):
     l_body: Vector
 
 
+class Pushes(NamedTuple):
+    """What forces do at eight instants: q, v and L there, acceleration and torque; no q, L or torque without turns."""
+
+    q: Quaternion | None
+    v: Vector
+    l_body: Vector | None
+    acceleration: Vector
+    torque: Vector | None
+
+
 @inlined
-def rows(factor: float, table: Array) -> Eights:
-    """Return the three rows of a table, (3, 8), times a factor."""
-    return factor * loaded(table, 0), factor * loaded(table, 1), factor * loaded(table, 2)
+def rows(factor: float, table: Array, first: int = 0) -> Eights:
+    """Return three rows of a table, (N, 8), times a factor."""
+    return factor * loaded(table, first), factor * loaded(table, first + 1), factor * loaded(table, first + 2)
 
 
 @inlined
@@ -82,53 +94,70 @@ def stages_of(state: Whole, slopes: Slopes, to_stages: Eights) -> Stages:
 
 @inlined
 def wanted(
+    stages: Stages,
+    pushes: Pushes,
+    method: Scheme,
+    look: int,
+    inverse_moments: Vector | None,
+    gyroscopic: Vector | None,
+) -> tuple[Vector, Vector]:
+    """Return dv/dt and dL/dt as the equations of motion ask for them at the stages, by what forces do where they look.
+
+    A torque is averaged as what it pushes at q, and a stage turns the mean back: Cohen & Hairer, "Linear
+    energy-preserving integrators for Poisson systems" (2011), eq. 3.
+    """
+    means, first, acceleration = method.means, look * COUNT, pushes.acceleration
+    mean = (
+        seen(acceleration[0], means, first),
+        seen(acceleration[1], means, first),
+        seen(acceleration[2], means, first),
+    )
+    return mean, _twists(stages, _push(pushes.q, pushes.torque, means, first), inverse_moments, gyroscopic)
+
+
+@inlined
+def pushes_at(
     state: Whole,
     slopes: Slopes,
     stages: Stages,
     dt: float,
     method: Scheme,
+    look: int,
     inverse_moments: Vector | None,
-    gyroscopic: Vector | None,
     forces: Forces,
-) -> tuple[Vector, Vector, Eight]:
-    """Return dv/dt and dL/dt as the equations of motion ask for them at the stages, and the forces' power [W].
+) -> Pushes:
+    """Return what forces do where they look, AT_INSTANTS or AT_STAGES.
 
-    The power is that at the instants.  Velocities are a step's own parabola, positions its integral: so a damper never
-    drives.
-    A torque is averaged as what it pushes at q, and a stage turns the mean back: Cohen & Hairer, "Linear
-    energy-preserving integrators for Poisson systems" (2011), eq. 3.
+    Velocities are a step's own parabola, positions its integral: so a damper never drives.
     """
-    integrals, values = rows(dt, method.integrals), rows(1.0, method.values)
+    integrals, values = rows(dt, method.integrals, 3 * look), rows(1.0, method.values, 3 * look)
     x = moved(state[0], integrals, stages.v)
     q = if_turning(moved_quaternion(state[1], integrals, slopes.turns), inverse_moments)
     v = moved(NOTHING, values, stages.v)
     l_body = if_turning(moved(NOTHING, values, stages.l_body), inverse_moments)
     _, _, acceleration, torque = slope((x, q, v, l_body), inverse_moments, None, forces)
-    means = method.means
-    mean = (seen(acceleration[0], means), seen(acceleration[1], means), seen(acceleration[2], means))
-    twists = _twists(stages, _push(q, torque, means), inverse_moments, gyroscopic)
-    return mean, twists, forces.mass * dot(acceleration, v) + spin_power(torque, l_body, inverse_moments)
+    return Pushes(q, v, l_body, acceleration, torque)
 
 
 @inlined
-def seen(numbers: Eight, table: Array) -> Eight:
-    """Return the sum of the rows of a table, (8, 8), each times the number at one instant."""
-    even, odd = loaded(table, 0) * eight(lane(numbers, 0)), loaded(table, 1) * eight(lane(numbers, 1))
-    even = fused_eight(loaded(table, 2), eight(lane(numbers, 2)), even)
-    odd = fused_eight(loaded(table, 3), eight(lane(numbers, 3)), odd)
-    even = fused_eight(loaded(table, 4), eight(lane(numbers, 4)), even)
-    odd = fused_eight(loaded(table, 5), eight(lane(numbers, 5)), odd)
-    even = fused_eight(loaded(table, 6), eight(lane(numbers, 6)), even)
-    return even + fused_eight(loaded(table, 7), eight(lane(numbers, 7)), odd)
+def seen(numbers: Eight, table: Array, first: int = 0) -> Eight:
+    """Return the sum of eight rows of a table, (N, 8), each times the number at one instant."""
+    even, odd = loaded(table, first) * eight(lane(numbers, 0)), loaded(table, first + 1) * eight(lane(numbers, 1))
+    even = fused_eight(loaded(table, first + 2), eight(lane(numbers, 2)), even)
+    odd = fused_eight(loaded(table, first + 3), eight(lane(numbers, 3)), odd)
+    even = fused_eight(loaded(table, first + 4), eight(lane(numbers, 4)), even)
+    odd = fused_eight(loaded(table, first + 5), eight(lane(numbers, 5)), odd)
+    even = fused_eight(loaded(table, first + 6), eight(lane(numbers, 6)), even)
+    return even + fused_eight(loaded(table, first + 7), eight(lane(numbers, 7)), odd)
 
 
 @inlined
-def _push(q: Quaternion | None, torque: Vector | None, means: Array) -> Quaternion | None:
+def _push(q: Quaternion | None, torque: Vector | None, means: Array, first: int) -> Quaternion | None:
     """Return what torques at the instants push at q, q tau~ / |q|^2, as it counts for each stage."""
     if q is None:
         return q
-    push = stretch(1.0 / norm_squared(q), product_vector(q, torque))
-    return seen(push[0], means), seen(push[1], means), seen(push[2], means), seen(push[3], means)
+    a, b, c, d = stretch(1.0 / norm_squared(q), product_vector(q, torque))
+    return seen(a, means, first), seen(b, means, first), seen(c, means, first), seen(d, means, first)
 
 
 @inlined

@@ -2,7 +2,7 @@
 
 Its Jacobian is that of the equations of motion at the beginning of the step, by dual numbers through the very force
 terms, and renewed at the middle stage where it serves badly; that decides how soon the slopes are found, not what is
-found.
+found.  In a step of many periods forces are looked at at the stages, not at the instants of their mean: `work`.
 Source: Hairer & Wanner, "Solving Ordinary Differential Equations II" (1996), section IV.8.
 """
 
@@ -14,22 +14,35 @@ import math
 from tumble.solver.collocation.changes import Changes, changes_at
 from tumble.solver.collocation.corrections import Missed, corrections, resolved
 from tumble.solver.collocation.equations import (
+    AT_INSTANTS,
+    AT_STAGES,
     NOTHING,
     Eights,
     Slopes,
     Stages,
     Whole,
     moved,
+    pushes_at,
     rows,
-    seen,
-    spin_power,
     stages_of,
     turned,
     wanted,
 )
 from tumble.solver.collocation.scheme import Scheme
+from tumble.solver.collocation.work import (
+    ROUNDING,
+    UNCLEAR,
+    UNCOUNTED,
+    Work,
+    counted,
+    is_clear,
+    least_energy,
+    power_along,
+    power_of,
+    rounding_worth,
+)
 from tumble.solver.compilation import inlined
-from tumble.solver.eight import Eight, eight, lane, transposed
+from tumble.solver.eight import eight, lane, transposed
 from tumble.solver.forces import Forces
 from tumble.solver.quaternion import Quaternion, conjugate, norm_squared, plus, product, stretch
 from tumble.solver.vectors import Vector, add, dot, scale, times
@@ -47,12 +60,12 @@ LEAST_CHANGE = 2.0**-55
 # what those do to a stiff force, and so to the velocity, no correction takes away.  With 2^-53 a step takes a twentieth
 # longer at 10 rad and a seventh at 1000, and the energy of ten thousand steps is off by 5e-10 instead of 4e-9 ...
 STIFF, LEAST_SHIFT, NEVER = 10.0, 2.0**-50, -1.0
-# ... or where rounding keeps the corrections from halving: so small, relative to the body's place and size.
-HALVING, ROUNDING = 0.5, 1e-12
-# The most that a step's forces may do of unclear work, in parts of the body's energy of motion.  Measured on bouncing
-# floors and tethers that slacken, undamped, at 0.1 to 100 rad a step: with twenty times as much a step takes a fifth
-# less and the energy is off by three to twenty times as much.
-UNCLEAR = 1e-5
+# ... or where rounding keeps the corrections from halving, at ROUNDING of the body's place and size.
+HALVING = 0.5
+# Where that sum is above LONG the step is one of several periods.  There, with a method that keeps energy, Newton's
+# method has ended where the next correction would move the body by less than so much of its size, for `work` makes good
+# what energy that costs: with 2^-50 a step takes a fifth longer.
+LONG, LEAST_LONG_SHIFT = 500.0, 2.0**-40
 # The furthest turn in a step that is not taken in halves [rad]: a parabola for dq/dt is off by some turn^4/4!, a few
 # percent.  With half of it or twice as much no step of the stiff scenes costs a tenth more or less.
 FURTHEST_TURN = 1.0
@@ -67,8 +80,8 @@ def found(
     inverse_moments: Vector | None,
     gyroscopic: Vector | None,
     forces: Forces,
-) -> tuple[Slopes, bool]:
-    """Return the slopes at the stages of one step, and whether they could be found.
+) -> tuple[Slopes, Work, bool]:
+    """Return the slopes at the stages of one step, the work to be done in it, and whether the slopes could be found.
 
     reach [m]: the body's size, as its radius of gyration has it.
     Begins from a state that stands still.  The slopes of the step before would serve better, but then a step would
@@ -76,7 +89,8 @@ def found(
     """
     no, to_stages = (eight(0.0), eight(0.0), eight(0.0)), rows(dt, method.to_stages)
     slopes = Slopes((*no, no[0]), no, no)
-    previous, is_first, stale, middle, least_shift = math.inf, True, True, state, NEVER
+    previous, is_first, stale, middle, least_shift, look = math.inf, True, True, state, NEVER, AT_INSTANTS
+    ends, work = False, UNCOUNTED
     for _ in range(MOST_CORRECTIONS):
         stages = stages_of(state, slopes, to_stages)
         if stale:
@@ -84,13 +98,23 @@ def found(
                 middle = _middle(state, stages, to_stages)
             accelerations, twists, changes = changes_at(middle, inverse_moments, gyroscopic, forces)
             linear = resolved(changes, dt, method)
-            enough = LEAST_SHIFT if dt * dt * _stiffness(changes) > STIFF else NEVER
+            stiffness = dt * dt * _stiffness(changes)
+            if is_first and method.keeps_energy and stiffness > LONG:
+                look = AT_STAGES
+            enough = _least_shift(stiffness, look)
         if is_first:
             # As x is here still that of the beginning, all of its slope is missed.
             asked, twisted, power, missed = _all_stages(accelerations), _all_stages(twists), no[0], stages.v
         else:
-            asked, twisted, power = wanted(state, slopes, stages, dt, method, inverse_moments, gyroscopic, forces)
-            missed = no
+            pushes = pushes_at(state, slopes, stages, dt, method, look, inverse_moments, forces)
+            if ends:
+                power = power_along(pushes, slopes, method, forces.mass, inverse_moments)
+                rounding = rounding_worth(stiffness, dt, reach, forces.mass)
+                least = least_energy(dt, reach, forces.mass) + rounding / UNCLEAR
+                clear = is_clear(power, stages, dt, method, least, forces.mass, inverse_moments)
+                return slopes, counted(power, pushes, dt, method, rounding), clear
+            asked, twisted = wanted(stages, pushes, method, look, inverse_moments, gyroscopic)
+            power, missed = power_of(pushes, forces.mass, inverse_moments), no
         after = _corrected(
             state[1],
             slopes,
@@ -102,16 +126,25 @@ def found(
         change, shift, turn = _sizes(slopes, after, stages, state, dt, to_stages, reach, inverse_moments)
         slopes = after
         if not turn <= FURTHEST_TURN:
-            return slopes, False
+            return slopes, work, False
         shrinking = change / previous if previous < math.inf else POOR
         is_least = (change * shrinking <= LEAST_CHANGE) | (shift * shrinking <= least_shift)
         if is_least or (shrinking > HALVING and shift < ROUNDING):
-            return slopes, is_first or _is_clear(power, stages, dt, method, reach, forces.mass, inverse_moments)
-        if not shrinking < MOST_GROWTH:
-            return slopes, False
+            if look == AT_INSTANTS:
+                least = least_energy(dt, reach, forces.mass)
+                clear = is_first or is_clear(power, stages, dt, method, least, forces.mass, inverse_moments)
+                return slopes, work, clear
+            # Once more, to see what work is done on the way.
+            look, ends = AT_INSTANTS, True
+        if not (shrinking < MOST_GROWTH or ends):
+            return slopes, work, False
         least_shift = enough
-        previous, is_first, stale = change, False, shrinking > POOR
-    return slopes, False
+        # In a long step the Jacobian of the beginning has a tension that is gone at the middle, and so the second is
+        # new; it is not judged by its first correction.
+        judged = not (stale and look == AT_STAGES)
+        stale = (is_first and look == AT_STAGES) or (shrinking > POOR and judged and not ends)
+        previous, is_first = change, False
+    return slopes, work, False
 
 
 @inlined
@@ -124,6 +157,14 @@ def _middle(state: Whole, stages: Stages, to_stages: Eights) -> Whole:
         (lane(v[0], 1), lane(v[1], 1), lane(v[2], 1)),
         (lane(l_body[0], 1), lane(l_body[1], 1), lane(l_body[2], 1)),
     )
+
+
+@inlined
+def _least_shift(stiffness: float, look: int) -> float:
+    """Return what shift of the body need not be corrected; stiffness: the sum of all modes' (w dt)^2."""
+    if look == AT_STAGES:
+        return LEAST_LONG_SHIFT
+    return LEAST_SHIFT if stiffness > STIFF else NEVER
 
 
 @inlined
@@ -180,22 +221,6 @@ def _turn_missed(slopes: Slopes, stages: Stages, inverse_moments: Vector | None)
     factor = -2.0 / norm_squared(q)
     a, b, c = 1.0 / inverse_moments[0], 1.0 / inverse_moments[1], 1.0 / inverse_moments[2]
     return add(l_body, scale(factor, times((a, b, c), (x, y, z))))
-
-
-@inlined
-def _is_clear(
-    power: Eight, stages: Stages, dt: float, method: Scheme, reach: float, mass: float, inverse_moments: Vector | None
-) -> bool:
-    """Return whether the work [J] that the instants do not show clearly is little beside the energy of motion.
-
-    It is what the last two degrees of the power would come to, were two more pairs to fall off as they did.
-    """
-    degrees = seen(power, method.degrees)
-    before, last = abs(lane(degrees, 4)) + abs(lane(degrees, 5)), abs(lane(degrees, 6)) + abs(lane(degrees, 7))
-    falling = last / before if last < before else 1.0
-    twice = mass * dot(stages.v, stages.v) + spin_power(stages.l_body, stages.l_body, inverse_moments)
-    energy = (lane(twice, 0) + lane(twice, 1) + lane(twice, 2)) / 6.0
-    return abs(dt) * last * falling * falling <= UNCLEAR * (energy + mass * (ROUNDING * reach / dt) ** 2)
 
 
 @inlined

@@ -17,11 +17,12 @@ class Scheme(NamedTuple):
 
     coefficients, (3, 3), and weights, (3,): the integrals of a parabola, given at the stages, up to the stages and 1.
     The same in columns of eight, for `tumble.solver.eight`: to_stages, (3, 8), up to the stages, and zeros; integrals
-    and values, (3, 8): its integrals up to the instants at which forces are looked at, and its values there; means,
-    (8, 8): the force that counts for a stage, a row for the force at each instant; degrees, (8, 8): Legendre's
-    coefficients of the polynomial through what is seen at the instants, a row for each, and zeros unless there are
-    eight instants.  Where there
-    are fewer instants than eight the last is there again, and does not count.
+    and values, (6, 8): its integrals up to the instants at which forces are looked at, and its values there; means,
+    (16, 8): the force that counts for a stage, a row for the force at each instant.  These three are there twice: for
+    the instants of the mean, and then with the stages for instants.  degrees, (8, 8): Legendre's coefficients of the
+    polynomial through what is seen at the instants of the mean, a row for each, and zeros unless there are eight.
+    Where there are fewer instants than eight the last is there again, and does not count.
+    keeps_energy: whether the instants of the mean are more than the stages, and what work they see is done.
     real_rate, to_real, from_real: the real eigenvalue of the coefficients, its left and its right eigenvector;
     pair_rate, to_pair, from_pair: the same of one eigenvalue of the conjugate pair.
     """
@@ -33,6 +34,7 @@ class Scheme(NamedTuple):
     values: Array
     means: Array
     degrees: Array
+    keeps_energy: bool
     real_rate: float
     to_real: Array
     from_real: Array
@@ -52,10 +54,12 @@ def scheme(stages: Array, instants: Array) -> Scheme:
     integrals = [parabola.integ() for parabola in parabolas]
     coefficients = _at(integrals, stages)
     weights = _at(integrals, np.ones(1))[0]
-    seen = np.append(instants, np.full(COUNT - len(instants), instants[-1]))
-    values = _at(parabolas, instants)
+    looks = instants, stages
+    seen = np.concatenate([np.append(look, np.full(COUNT - len(look), look[-1])) for look in looks])
     # What makes Legendre's coefficients of a curve from its values at the instants: the first is its mean.
-    legendre = np.linalg.inv(np.polynomial.legendre.legvander(2.0 * instants - 1.0, len(instants) - 1))
+    legendre = [np.linalg.inv(np.polynomial.legendre.legvander(2.0 * look - 1.0, len(look) - 1)) for look in looks]
+    means = [first[0][:, None] * _at(parabolas, look) / weights for first, look in zip(legendre, looks, strict=True)]
+    keeps_energy = len(instants) == COUNT
     rates, right = np.linalg.eig(coefficients)
     left = np.linalg.inv(right)
     real, pair = np.argmin(np.abs(np.imag(rates))), np.argmax(np.imag(rates))
@@ -63,10 +67,11 @@ def scheme(stages: Array, instants: Array) -> Scheme:
         coefficients=coefficients,
         weights=weights,
         to_stages=_in_eights(coefficients.T),
-        integrals=np.ascontiguousarray(_at(integrals, seen).T),
-        values=np.ascontiguousarray(_at(parabolas, seen).T),
-        means=_in_eights(legendre[0][:, None] * values / weights, COUNT),
-        degrees=_in_eights(legendre.T if len(instants) == COUNT else np.zeros((1, 1)), COUNT),
+        integrals=_twice(_at(integrals, seen)),
+        values=_twice(_at(parabolas, seen)),
+        means=np.concatenate([_in_eights(mean, COUNT) for mean in means]),
+        degrees=_in_eights(legendre[0].T if keeps_energy else np.zeros((1, 1)), COUNT),
+        keeps_energy=keeps_energy,
         real_rate=float(rates[real].real),
         to_real=np.ascontiguousarray(np.real(left[real])),
         from_real=np.ascontiguousarray(np.real(right[:, real])),
@@ -81,6 +86,11 @@ def _in_eights(rows: NDArray[np.floating], count: int | None = None) -> Array:
     whole = np.zeros((count or len(rows), COUNT))
     whole[: rows.shape[0], : rows.shape[1]] = rows
     return whole
+
+
+def _twice(columns: Array) -> Array:
+    """Return columns of eight instants and of eight more as rows of eight, one below the other."""
+    return np.ascontiguousarray(np.concatenate([columns[:COUNT].T, columns[COUNT:].T]))
 
 
 def _lagrange(points: Array) -> list[Polynomial]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from tumble.solver.collocation.equations import Slopes, Whole, moved, rows
 from tumble.solver.collocation.newton import found
 from tumble.solver.collocation.scheme import Scheme
+from tumble.solver.collocation.work import balanced
 from tumble.solver.compilation import borrowing, inlined, kernel
 from tumble.solver.eight import Eight, lane
 from tumble.solver.forces import Forces
@@ -84,9 +85,13 @@ def _advance(
     """Return the state after one step, taken in halves where it must be, and whether all of it was found; else nan."""
     done, part = 0.0, 1.0
     for _ in range(MOST_PARTS):
-        slopes, is_found = found(state, part * dt, method, reach, inverse_moments, gyroscopic, forces)
+        slopes, work, is_found = found(state, part * dt, method, reach, inverse_moments, gyroscopic, forces)
         if is_found:
-            state = _after(state, slopes, part * dt, method, inverse_moments)
+            after = _after(state, slopes, part * dt, method, inverse_moments)
+            if work.is_counted:
+                after, is_found = balanced(state, after, work, forces.mass, inverse_moments)
+            if is_found:
+                state = after
         done, part = next_part(done, part, is_found)
         if done == 1.0:
             return state, True

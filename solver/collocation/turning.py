@@ -20,10 +20,10 @@ from tumble.solver.collocation.newton import (
     MOST_CORRECTIONS,
     MOST_GROWTH,
     POOR,
-    ROUNDING,
 )
 from tumble.solver.collocation.scheme import Scheme
 from tumble.solver.collocation.steps import MOST_PARTS, next_part
+from tumble.solver.collocation.work import ROUNDING
 from tumble.solver.compilation import borrowing, kernel
 from tumble.solver.quaternion import (
     Quaternion,

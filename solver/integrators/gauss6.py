@@ -48,6 +48,8 @@ def gauss6_forced(
     rows: x, q, v, L in body axes and the count of steps that were not found, (N, 14).
     The force of a stage is a mean over the step: where forces have a potential the energy is kept, to the quadrature of
     the mean, and a damper only takes.  A step whose work that quadrature leaves unclear is taken in parts too.
+    In a step of several periods of a spring it is the force at the stage, as in Gauss's own method, and after the step
+    an impulse along the force does what work that misses: the energy is kept as well, but such steps do not reverse.
     For linear forces this is Gauss's method itself: A-stable, so that a mode of any w dt neither grows nor, undamped,
     dies; but an overdamped one dies slowly, its sign changing every step: that is for `radau5`.
     Source: Hairer, "Energy-preserving variant of collocation methods" (2010); Cohen & Hairer, "Linear energy-preserving

@@ -90,18 +90,18 @@ def stiffer(scene: Scene, times: float, rest_length: float = 0.0) -> Scene:
     return replace(scene, tethers=(stiff,))
 
 
-def long_flights() -> dict[str, Flight]:
-    """Return flights of gauss6 on ever stiffer tethers, and of ever longer steps."""
+def long_flights(method: str) -> dict[str, Flight]:
+    """Return flights on ever stiffer tethers, and of ever longer steps."""
     scene = read_scene("tether-undamped")
     once = w_dt(scene)
     found = {}
     for asked in STIFFER:
-        found[f"stiffer, w dt = {asked:g}"] = Flight(stiffer(scene, (asked / once) ** 2), "gauss6", scene.step)
+        found[f"stiffer, w dt = {asked:g}"] = Flight(stiffer(scene, (asked / once) ** 2), method, scene.step)
     for asked in STIFFER:
         at_length = stiffer(scene, (asked / once) ** 2, REST_LENGTH)
-        found[f"stiffer, rest length {REST_LENGTH} m, w dt = {asked:g}"] = Flight(at_length, "gauss6", scene.step)
+        found[f"stiffer, rest length {REST_LENGTH} m, w dt = {asked:g}"] = Flight(at_length, method, scene.step)
     for asked in LONGER:
-        found[f"longer, w dt = {asked:g}"] = Flight(scene, "gauss6", scene.step * asked / once)
+        found[f"longer, w dt = {asked:g}"] = Flight(scene, method, scene.step * asked / once)
     return found
 
 
@@ -113,12 +113,12 @@ def main() -> None:
         scene = read_scene(name)
         for method in METHODS:
             flights[f"{method}, a step of {name}"] = Flight(scene, method, scene.step)
-    long = long_flights()
-    flights |= {f"gauss6, a step, {name}": flight for name, flight in long.items()}
+    for method in METHODS:
+        flights |= {f"{method}, a step, {name}": flight for name, flight in long_flights(method).items()}
     tasks = {name: (flight.prepared(), thread_clock) for name, flight in flights.items()}
     passes = [lower_deciles(tasks, ROUNDS) for _ in range(PASSES)]
     rows = [step_row(name, [found[name] for found in passes]) for name in flights]
-    for name, flight in long.items():
+    for name, flight in long_flights("gauss6").items():
         rows.append(figure(f"gauss6, energy in {LONG} steps, {name}", "", "x", ASKED_ENERGY, [flight.lost()]))
     show(rows, output)
 

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from tumble.solver.body import Body
 from tumble.solver.collocation.changes import changes_at
-from tumble.solver.collocation.corrections import inverse
+from tumble.solver.collocation.corrections import inverse, real_inverse
 from tumble.solver.compilation import OPTIONS
 from tumble.solver.eight import lane
 from tumble.solver.forces import Forces
@@ -261,6 +261,34 @@ def test_a_damper_never_drives(method, rest_length, w_dt):
     assert rows[0, 13] == 0
 
 
+@pytest.mark.parametrize("w_dt", [100.0, 1e4])
+def test_a_long_step_without_a_rotation_is_the_same(w_dt):
+    body, stiffness = box(), 1e6
+    start = row(body, x=(0.01, 0.02, -0.01), v=(1.0, -2.0, 0.5))
+    forces = Forces(body.mass, (0.0, -9.81, 0.0), tether((0.0, 0.0, 0.0), (0.0, 0.5, 0.0), stiffness, 0.0, 0.4))
+    dt = w_dt * math.sqrt(body.mass / stiffness)
+    whole, place = fly("gauss6", body, start, 3, dt, forces), start.copy()
+    gauss6_forced(place, 3, dt, body.moments, None, None, forces)
+    # Newton's method ends where 2^-40 of the body's size is left to correct.
+    np.testing.assert_allclose(place[0, 0:3], whole[0, 0:3], rtol=0.0, atol=3 * 2.0**-40)
+    assert place[0, 13] == whole[0, 13] == 0
+
+
+@pytest.mark.parametrize("w_dt", [100.0, 1e3, 1e4])
+@pytest.mark.parametrize("rest_length", [0.0, 0.3])
+def test_a_body_that_hangs_at_rest_stays(rest_length, w_dt):
+    # What rounding does to a stiff tether is no work that is missed.
+    body, dt, weight = box(), 1e-3, 9.81
+    stiffness = body.mass * (w_dt / dt) ** 2
+    start = row(body, x=(0.0, -(rest_length + weight / stiffness) - SIZE[1] / 2, 0.0))
+    tethers = tether((0.0, SIZE[1] / 2, 0.0), (0.0, 0.0, 0.0), stiffness, 0.0, rest_length)
+    rows = fly("gauss6", body, start, 1000, dt, Forces(body.mass, (0.0, -weight, 0.0), tethers))
+    assert rows[0, 13] == 0
+    np.testing.assert_allclose(rows[0, 0:3], start[0, 0:3], rtol=0.0, atol=100 * EPS)
+    # A rounding of the place, of the fastest mode or of those that w dt does not count.
+    assert np.abs(rows[0, 7:10]).max() < 100 * EPS * w_dt / dt
+
+
 @pytest.mark.parametrize("rate_dt", [10.0, 100.0, 1e4])
 def test_what_is_overdamped_is_gone_after_a_step_of_radau_and_lingers_with_gauss(rate_dt):
     # Drag that would stop the body within dt / rate_dt: (1 + 2z/5 + z^2/20) / ... falls as 3 / |z|, and Gauss's as -1.
@@ -426,6 +454,24 @@ def test_the_inverse_of_a_correction(h):
     np.testing.assert_allclose(inverse_of(*motion, h) @ matrix, np.eye(6), rtol=0.0, atol=most)
 
 
+@njit(**OPTIONS)
+def real_inverse_of(state, inverse_moments, gyroscopic, forces, h):
+    found = np.empty((6, 6))
+    _, _, changes = changes_at(load(state, inverse_moments), inverse_moments, gyroscopic, forces)
+    six = real_inverse(changes, h)
+    for number in range(6):
+        for row in range(6):
+            found[row, number] = lane(six[number], row + row // 3)
+    return found
+
+
+@pytest.mark.parametrize("h", [0.02, 3.0])
+def test_the_inverse_of_a_real_correction_is_the_complex_one_to_the_last_bit(h):
+    body, state, forces = stiff_all_over()
+    motion = (state, body.inverse_moments, body.gyroscopic, forces)
+    np.testing.assert_array_equal(real_inverse_of(*motion, h), inverse_of(*motion, h + 0j).real)
+
+
 @pytest.mark.parametrize("method", [GAUSS, RADAU])
 def test_the_numbers_of_a_scheme(method):
     # A stage's integrals are right for parabolas, and its modes put the coefficients together again.
@@ -436,7 +482,12 @@ def test_the_numbers_of_a_scheme(method):
     again = again + 2 * (method.pair_rate * np.outer(method.from_pair, method.to_pair)).real
     np.testing.assert_allclose(again, method.coefficients, atol=20 * EPS)
     # A constant force counts for itself.
-    np.testing.assert_allclose(method.means[:, :3].sum(axis=0), 1.0, atol=20 * EPS)
+    for means in (method.means[:8], method.means[8:]):
+        np.testing.assert_allclose(means[:, :3].sum(axis=0), 1.0, atol=20 * EPS)
+    # With the stages for instants it is what is seen there that counts, and velocities and places are theirs.
+    np.testing.assert_allclose(method.means[8:11, :3], np.eye(3), atol=20 * EPS)
+    np.testing.assert_allclose(method.values[3:, :3], np.eye(3), atol=20 * EPS)
+    np.testing.assert_allclose(method.integrals[3:, :3], method.to_stages[:, :3], atol=20 * EPS)
 
 
 def test_gauss_keeps_every_quadratic_and_radau_does_not():
