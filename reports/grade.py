@@ -311,6 +311,8 @@ def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
         yield f"The remaining {left} is {floor if best.within_floor else 'noise'}."
         if diagnosis.engines and not any(mistake.hypothesis.part == "steps" for mistake in best.mistakes):
             yield "The file does not determine the length of the step."
+    elif best.is_whole:
+        yield f"The remaining {left} looks like noise or rounding, but other mistakes may explain as much."
     else:
         yield f"The remaining {left} is neither noise nor rounding: something else is wrong as well."
     for other in diagnosis.alike[:SHOWN_ALIKE]:

@@ -88,7 +88,7 @@ def contexts() -> Iterator[Context]:
 
 
 # Largest velocity [m/s] and spin [rad/s] of a program: limits are below them.
-FASTEST = {"velocity": 10.0, "spin": 10.0}
+FASTEST, REACHED = {"velocity": 10.0, "spin": 10.0}, {"velocity": [5.0], "spin": [5.0]}
 
 
 def tried() -> Iterator[Hypothesis]:
@@ -101,7 +101,8 @@ def tried() -> Iterator[Hypothesis]:
         proposals = Proposals(context, list(hypotheses(context)))
         upon_step = (Mistake(schemes.step(Step("explicit", "exponential")), SPACING_S),)
         yield from (kind.hypothesis for kind in proposals.with_other_schemes(()))
-        yield from (hypothesis for hypothesis, _ in proposals.with_one_more(upon_step, Run(1.0, SPACING_S, FASTEST)))
+        run = Run(1.0, SPACING_S, FASTEST, REACHED, rests_from=1.0)
+        yield from (hypothesis for hypothesis, _ in proposals.with_one_more(upon_step, run))
 
 
 def tried_of_sensors() -> Iterator[SensorHypothesis]:

@@ -32,7 +32,6 @@ from tumble.compare.grade.measure.significance import (
     LARGEST_NOISE,
     ResidualScale,
     independent,
-    root_mean_square,
     typical_floor,
 )
 from tumble.compare.grade.measure.single_precision import fine_step, single_floor, stepwise
@@ -52,8 +51,9 @@ from tumble.scenarios.scene import Scene
 BARELY = 10.0
 # A residual is accepted as noise only if it is at most this share of the error.
 LEFT_AS_NOISE = 0.2
-# An explanation that leaves more than this share of the error does not explain it.
-MOST_LEFT = 0.5
+# An explanation that leaves more than this share of the error does not explain it; one that leaves less than the other
+# explains nearly all of it.
+MOST_LEFT, LITTLE_LEFT = 0.5, 0.1
 # Relative tolerance of distances between vertices, in addition to the printed digits.
 STRAIN = 1e-6
 # Errors below this share of the body's size are too small to identify a step or a clock.
@@ -135,29 +135,52 @@ class Grade:
         if self.is_coarse and diagnosis.null.weighted_rms_m <= BARELY * self.scale.floor_m:
             return TOO_COARSE
         if diagnosis.best is diagnosis.null and diagnosis.null.within_floor:
-            return CORRECT_TO_SINGLE if measured.single and not diagnosis.is_open else TOO_LITTLE
+            if measured.single and not diagnosis.is_open:
+                return CORRECT_TO_SINGLE
+            return CORRECT_TO_NOISE if self._is_all_noise else TOO_LITTLE
         best = diagnosis.best
         if not best.mistakes or best.weight > diagnosis.null.weight - ALIKE:
+            # Single precision grows with the steps, so its effect is not white.
+            if diagnosis.null.is_noise and self._is_all_noise:
+                return CORRECT_TO_NOISE
             if self.hidden_by_single:
                 return TOO_LITTLE
-            if diagnosis.null.is_noise and self.scale.is_noise(
-                measured.rms_m, measured.worst_m, measured.autocorrelation, measured.pairs
-            ):
-                return CORRECT_TO_NOISE
             return TOO_LITTLE if measured.worst_m <= LITTLE * self.scale.size_m else UNEXPLAINED
         if not diagnosis.engines and diagnosis.null.weighted_rms_m <= BARELY * self.scale.floor_m:
             return TOO_LITTLE
+        # A part of errors that are hardly larger than digits and noise is of anything.
+        in_part = TOO_LITTLE if diagnosis.in_floors <= BARELY and not diagnosis.engines else EXPLAINED_PARTLY
         if best.within_floor or (best.is_noise and best.rms_m <= LEFT_AS_NOISE * diagnosis.null.rms_m):
-            return EXPLAINED_PARTLY if self._is_contrived(diagnosis) or self.is_open else EXPLAINED_WHOLLY
+            return in_part if self._is_contrived(diagnosis) or self.is_open else EXPLAINED_WHOLLY
         if self.hidden_by_single:
             return TOO_LITTLE
         # Any method of higher order explains a part of an error that is as small as it leaves.
         guessed = all(m.hypothesis.part == "steps" and m.hypothesis.only_named for m in best.mistakes)
-        # Rows are most precise at the start, when the errors are still small: all rows alike count as well.
-        null = diagnosis.null
-        less = ((best.weighted_rms_m, null.weighted_rms_m), (best.rms_m, null.rms_m))
-        partly = not guessed and all(left <= MOST_LEFT * whole for left, whole in less)
-        return EXPLAINED_PARTLY if partly and not self._is_contrived(diagnosis) else UNEXPLAINED
+        partly = not guessed and _leaves(diagnosis, MOST_LEFT)
+        return in_part if partly and not self._is_contrived(diagnosis) else UNEXPLAINED
+
+    @property
+    def _is_all_noise(self) -> bool:
+        """Whether the errors of all rows are noise."""
+        measured = self.measured
+        return self.scale.is_noise(measured.rms_m, measured.worst_m, measured.autocorrelation, measured.pairs)
+
+    def without_guesses(self) -> "Grade":
+        """Return the grade with the part of a contrived explanation that alone explains nearly all of the error.
+
+        The values of the rest were fitted to what something unknown leaves.
+        """
+        diagnosis = self.diagnosis
+        if diagnosis is None or not self._is_contrived(diagnosis):
+            return self
+        for number in range(len(diagnosis.steps) - 2, 0, -1):
+            steps = diagnosis.steps[: number + 1]
+            part = replace(diagnosis, best=steps[-1], steps=steps, alike=())
+            graded = replace(self, diagnosis=part)
+            guessed = any(m.is_nearly_right(NEARLY_RIGHT_OF_SEVERAL) for m in steps[-1].fitted)
+            if not guessed and graded.verdict == EXPLAINED_PARTLY and _leaves(part, LITTLE_LEFT):
+                return graded
+        return self
 
     @cached_property
     def confidence(self) -> float | None:
@@ -174,20 +197,21 @@ class Grade:
 
         It is if a value was fitted, and single precision, which the digits do not show, has to explain much of what the
         mistakes leave; and if not all others were tried in the time, unless no value was fitted, or one, and the
-        mistakes leave only what the digits do.
+        mistakes leave only what the digits do, or noise.
         """
         if self.diagnosis is None or self.diagnosis.engines or len(self.diagnosis.best.mistakes) <= MOST_IF_OPEN:
             return False
         best, fitted = self.diagnosis.best, len(self.diagnosis.best.fitted)
-        by_single = fitted > 0 and best.in_digits > MUCH_BY_SINGLE and not self.measured.single
-        return by_single or (self.diagnosis.stopped_s > 0 and fitted > (best.in_digits <= EXPLAINED))
+        by_single = fitted > 0 and best.within_floor and best.in_digits > MUCH_BY_SINGLE and not self.measured.single
+        leaves_nothing = best.is_noise or best.in_digits <= EXPLAINED
+        return by_single or (self.diagnosis.stopped_s > 0 and fitted > leaves_nothing)
 
     def _is_contrived(self, diagnosis: Diagnosis) -> bool:
         """Whether the best explanation has values that no program has: they were fitted to what something else left.
 
         These are a step that is no part of a row interval or of a tick, a tick that is nearly the row
         interval, factors that are nearly 1, too many values without a name, and those of a mistake that explains a part
-        of almost any error and leaves more than the digits do.
+        of almost any error and leaves more than the digits do, or noise, or single precision alone.
         """
         if diagnosis.engines:
             return False
@@ -195,7 +219,7 @@ class Grade:
         if (
             any(m.hypothesis.vague for m in fitted)
             and diagnosis.best.in_digits > EXPLAINED
-            and not self.measured.single
+            and not (diagnosis.best.is_noise or (self.measured.single and len(fitted) == 1))
         ):
             return True
         near = NEARLY_RIGHT_OF_SEVERAL if len(fitted) > 1 else NEARLY_RIGHT
@@ -310,7 +334,7 @@ def grade(
         )
     searched.end()
     program = diagnosis.program if diagnosis else context.program
-    return Grade(
+    graded = Grade(
         file=trajectory.name,
         scene=scene,
         measured=measured,
@@ -321,6 +345,16 @@ def grade(
         hidden_by_single=measured.may_be_single and not single,
         decided_s=float(sample.times[-1]),
     )
+    return graded.without_guesses()
+
+
+def _leaves(diagnosis: Diagnosis, share: float) -> bool:
+    """Return whether the best explanation leaves at most a share of the error, of early rows and of all alike.
+
+    Rows are most precise at the start, when the errors are still small.
+    """
+    best, null = diagnosis.best, diagnosis.null
+    return best.weighted_rms_m <= share * null.weighted_rms_m and best.rms_m <= share * null.rms_m
 
 
 def compared(measured: Measured, context: Context) -> tuple[SampledRows, ResidualScale, bool]:
@@ -336,7 +370,7 @@ def compared(measured: Measured, context: Context) -> tuple[SampledRows, Residua
     points = output_points(scene.body)[list(measured.description.vertices)]
     single_m = single_floor(stepwise(context.program, fine_step(context.spacing_s)), sample.times, points)
     single = scale.with_single(single_m)
-    if not single.is_within_floor(root_mean_square(single.weighted(sample.vertices - sample.true))):
+    if single.in_floors(sample.vertices - sample.true) > EXPLAINED:
         return sample, scale, True
     if not measured.single:
         return sample, scale, False

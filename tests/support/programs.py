@@ -39,7 +39,9 @@ class Program:
     dt [s]; every: steps from row to row; method: of a step; axes: where it keeps w, or L; turn: how it turns q or R;
     fall: of x in a step; lasts: an impulse is a force for so many s; held: what stays while it acts; arm: its lever;
     damped: how v and w are damped, linear and angular [1/s]; clock: t = (physics - ahead) / rate, of
-    physics that moves in ticks of so many steps; until: the last row [s].
+    physics that moves in ticks of so many steps; until: the last row [s]; drags, hangs: the law of the scene's drag and
+    of its tethers; linear_drag to damper: factors on their coefficients; rests: spin [rad/s] below which it is 0;
+    moments: factors on the moments of inertia; own_edges: these are of the wrong edges.
     """
 
     dt: float = 0.002
@@ -73,6 +75,16 @@ class Program:
     rate: float = 1.0
     tick: int = 1
     without: str = ""  # tether, drag, floor
+    drags: str = ""  # quadratic, quadratic spin, undivided
+    hangs: str = ""  # no torque, no turn, still lever, centre's velocity, along the line, undivided, other vertex
+    linear_drag: float = 1.0
+    angular_drag: float = 1.0
+    stiffness: float = 1.0
+    damper: float = 1.0
+    anchor: float = 1.0
+    rests: float = 0.0
+    moments: tuple = (1.0, 1.0, 1.0)
+    own_edges: bool = False
     until: float = math.inf
     number: type = np.float64
 
@@ -143,6 +155,9 @@ class Simulation:
         number = program.number
         self.mass = number(throw.mass * program.mass)
         inertia = throw.inertia[np.ix_(program.inertia_axes, program.inertia_axes)] * program.inertia
+        if program.own_edges:
+            inertia = throw.mass / 6 * np.diag(np.square(2 * throw.vertices.max(axis=0)))
+        inertia = np.diag(program.moments) @ inertia
         if program.sphere:
             inertia = np.eye(3) * np.trace(inertia) / 3
         self.inertia, self.inverse = inertia.astype(number), np.linalg.inv(inertia).astype(number)
@@ -162,12 +177,23 @@ class Simulation:
         program, throw = self.program, self.throw
         force, torque = self.mass * self.gravity, np.zeros(3, program.number)
         for tether in throw.tethers if program.without != "tether" else []:
-            arm = R @ throw.vertices[tether["vertex"]]
-            pull = -tether["stiffness"] * (x + arm - np.array(tether["anchor"]))
-            pull = pull - tether.get("damping", 0.0) * (v + cross(w, arm))
-            force, torque = force + pull, torque + cross(arm, pull)
+            point = throw.vertices[tether["vertex"] - (program.hangs == "other vertex")]
+            arm = point if program.hangs == "no turn" else R @ point
+            away = x + arm - program.anchor * np.array(tether["anchor"])
+            moves = v if program.hangs == "centre's velocity" else v + cross(w, arm)
+            if program.hangs == "along the line":
+                moves = (moves @ away) / (away @ away) * away
+            pull = -program.stiffness * tether["stiffness"] * away
+            pull = pull - program.damper * tether.get("damping", 0.0) * moves
+            lever = {"no torque": 0 * arm, "still lever": point}.get(program.hangs, arm)
+            force = force + pull * (self.mass if program.hangs == "undivided" else 1)
+            torque = torque + cross(lever, pull)
         if throw.drag and program.without != "drag":
-            force, torque = force - throw.drag["linear"] * v, torque - throw.drag["angular"] * w
+            linear, angular = program.linear_drag * throw.drag["linear"], program.angular_drag * throw.drag["angular"]
+            force = force - linear * (np.sqrt(v @ v) if program.drags == "quadratic" else 1) * v
+            spin = np.sqrt(w @ w) if program.drags == "quadratic spin" else 1
+            turned = R @ self.inertia @ R.T @ w if program.drags == "undivided" else spin * w
+            torque = torque - angular * turned
         if throw.floor and program.without != "floor":
             for vertex in throw.vertices:
                 arm = R @ vertex
@@ -355,6 +381,8 @@ class Simulation:
                 self.v = self.slowed(self.v, program.linear, dt)
                 self.w = self.slowed(self.w, program.angular, dt)
                 self.L = self.slowed(self.L, program.angular, dt)
+            if np.sqrt(self.w @ self.w) < program.rests:
+                self.w, self.L = 0 * self.w, 0 * self.L
 
 
 def fly(scene, program):

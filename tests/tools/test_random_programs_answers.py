@@ -35,11 +35,18 @@ SCENES = {
     ),
     "weightless": replace(THROWN, gravity=np.zeros(3)),
     "hung": replace(THROWN, tethers=(Tether(7, np.array((0.0, 2.0, 0.0)), 60.0, 0.4),), drag=(0.8, 0.01)),
+    "sprung": replace(THROWN, tethers=(Tether(2, np.array((0.1, 1.6, -0.2)), 40.0, 0.5, rest_length=0.4),)),
 }
-# A cap holds at every instant or at the end of each step; the runs of far too large impulses differ by their rounding.
-CAPS, TOLERANCE_M, CAPPED_M = ("spin-cap", "speed-cap"), 1e-6, 2e-2
-# Shears the body: no program here has a matrix that is not one of a rotation.
-UNTRANSLATED = {"matrix-euler"}
+# A cap holds at every instant or at the end of each step, and a force that ends at a length, or with a lever of metres,
+# has its error too; the runs of far too large impulses differ by their rounding.
+ROUGH = {
+    "spin-cap", "speed-cap", "spin-cap-of-components", "speed-cap-of-components", "speed-threshold", "spin-threshold",
+    "tether-pulls-only", "tether-lever-from-origin",
+}  # fmt: skip
+TOLERANCE_M, ROUGH_M = 1e-6, 2e-2
+# The first shears the body: no program here has a matrix that is not one of a rotation.  The second ends a run at an
+# instant that the run itself finds: runs without a step of their own begin again only at instants known before.
+UNTRANSLATED = {"matrix-euler", "bounce-at-zero"}
 
 
 def claim_of(hypothesis, value):
@@ -73,17 +80,20 @@ def test_an_answer_is_the_program_that_it_means(name, kind, tmp_path):
             continue
         value = value_of(hypothesis, random)
         right = written(hypothesis.change(program, value), times, own.body.points)
-        allowed_m = (CAPPED_M if hypothesis.name in CAPS else TOLERANCE_M) * max(1.0, np.abs(right).max())
+        allowed_m = (ROUGH_M if hypothesis.name in ROUGH else TOLERANCE_M) * max(1.0, np.abs(right).max())
         if not is_file(case, claim_of(hypothesis, value), right, allowed_m):
             wrong.append(hypothesis.text_with(value))
     assert wrong == []
 
 
 def is_file(case, claim, right, allowed_m):
+    """Whether a program that the claim means moves as right; if that leaves all numbers, whether the program does."""
     for candidate in answers.candidates(case, [claim]):
         try:
             seen = case.dialect.seen(candidate.rows(case.scene), case.scene)
         except BlownUp:
+            if not np.isfinite(right).all():
+                return True
             continue
         if np.abs(seen - right).max() < allowed_m:
             return True

@@ -47,7 +47,7 @@ def planted(label, own=FINE, **params):
 
 
 DOUBLED = planted("gravity doubled")
-FRICTION = planted("dry friction of the spin", rate=0.3)
+MAGNUS = planted("Magnus force", by=0.1)
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_answers_to_a_mistake_with_a_name(answer, right):
     ],
 )
 def test_answers_to_a_mistake_without_a_name(answer, right):
-    assert assessed(FRICTION, answer) == (score.UNNAMED, right)
+    assert assessed(MAGNUS, answer) == (score.UNNAMED, right)
 
 
 @pytest.mark.parametrize(

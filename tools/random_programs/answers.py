@@ -12,6 +12,7 @@ import numpy as np
 
 from tools.random_programs.algebra import (
     ZERO,
+    Matrix,
     Quaternion,
     Vector,
     add,
@@ -34,6 +35,7 @@ from tools.random_programs.mistakes.rotation import resize
 from tools.random_programs.names import BACK, DECAYS, GYROSCOPIC, MAIN, PLACES, STEPS, TURNING, VELOCITY
 from tools.random_programs.program import Case
 from tools.random_programs.scene import Impulse, Scene
+from tools.random_programs.scene_forces import MAKES
 from tools.random_programs.scheme import SPLIT, Damping, Reading, Scheme
 from tools.random_programs.simulation import Load, Rows, Simulation
 
@@ -127,7 +129,10 @@ def _schemes(case: Case, names: dict[str, Claim]) -> Iterator[Candidate]:
 
 def _kept(names: dict[str, Claim]) -> Sequence[str]:
     """Return what an exact program may keep of its rotation, where that makes a difference."""
-    mixed = ("angular-velocity-in-wrong-frame", "quaternion-rate-doubled", "quaternion-rate-halved")
+    mixed = (
+        "angular-velocity-in-wrong-frame", "quaternion-rate-doubled", "quaternion-rate-halved",
+        "quaternion-rate-reversed",
+    )  # fmt: skip
     return KEEPS if any(name in names for name in mixed) else ("world",)
 
 
@@ -189,6 +194,8 @@ def _stepped(
 
 def _moves(names: dict[str, Claim]) -> str:
     """Return how the centre moves in an answer with its velocity in body axes; empty in another."""
+    if "velocity-in-body-axes-without-correction" in names:
+        return VELOCITY["body"]
     return names["velocity-in-body-axes"].parameters["moves"] if "velocity-in-body-axes" in names else ""
 
 
@@ -220,7 +227,7 @@ def _of_kind(sim: Simulation, label: str, params: dict) -> None:
 
 
 Makes = Callable[[Claim, Case], Iterator[Plant]]
-OWN: dict[str, Makes] = {}
+OWN: dict[str, Makes] = dict(MAKES)
 
 
 def _named(*names: str) -> Callable[[Makes], Makes]:
@@ -305,6 +312,16 @@ def _attitude(case: Case) -> np.ndarray:
     return np.array(matrix(tuple(case.scene.q)))
 
 
+@_named("start-velocity-in-wrong-unit")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    yield _set(v=(claim.number("factor") or 0.0) * case.scene.v)
+
+
+@_named("start-spin-in-wrong-unit")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    yield _set(w=(claim.number("factor") or 0.0) * case.scene.w)
+
+
 # --- forces
 
 
@@ -375,6 +392,70 @@ def _(claim: Claim, case: Case) -> Iterator[Plant]:
         return ZERO, _inertia_times(sim, q, tuple(slower))
 
     yield lambda sim: _law(sim, partial(law, sim))
+
+
+@_named("linear-damping-reversed")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    rate = claim.number("rate") or 0.0
+    yield lambda sim: _law(sim, lambda x, q, v, w: (scale(rate * sim.mass, v), ZERO))
+
+
+@_named("angular-damping-reversed")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    rate = claim.number("rate") or 0.0
+    yield lambda sim: _law(sim, lambda x, q, v, w: (ZERO, scale(rate, _inertia_times(sim, q, w))))
+
+
+@_named("dry-friction")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    rate = claim.number("rate") or 0.0
+    yield lambda sim: _law(sim, lambda x, q, v, w: (scale(-rate * sim.mass, _unit(v)), ZERO))
+
+
+@_named("dry-angular-friction")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    rate = claim.number("rate") or 0.0
+    yield lambda sim: _law(sim, lambda x, q, v, w: (ZERO, scale(-rate, _inertia_times(sim, q, _unit(w)))))
+
+
+def _unit(a: Vector) -> Vector:
+    """Return a / |a|, and 0 of 0."""
+    size = norm(a)
+    return scale(1 / size, a) if size else ZERO
+
+
+@_named("cubic-drag")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    rate = claim.number("rate") or 0.0
+    yield lambda sim: _law(sim, lambda x, q, v, w: (scale(-rate * sim.mass * norm(v) ** 2, v), ZERO))
+
+
+@_named("quadratic-drag-by-component")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    rate = claim.number("rate") or 0.0
+    yield lambda sim: _law(sim, lambda x, q, v, w: (tuple(-rate * sim.mass * abs(part) * part for part in v), ZERO))
+
+
+@_named("velocity-in-body-axes-without-correction")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    """The velocity rotates with the body, as an acceleration w x v has it; steps in body axes take w x v away again."""
+    yield lambda sim: _law(sim, lambda x, q, v, w: (scale(sim.mass, cross(w, v)), ZERO))
+
+
+@_named("speed-cap-of-components")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    most = claim.number("rate") or 0.0
+    yield lambda sim: sim.limits.append(lambda v, w: (_clipped(v, most), w))
+
+
+@_named("spin-cap-of-components")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    most = claim.number("rate") or 0.0
+    yield lambda sim: sim.limits.append(lambda v, w: (v, _clipped(w, most)))
+
+
+def _clipped(a: Vector, most: float) -> Vector:
+    return tuple(max(-most, min(most, part)) for part in a)  # type: ignore[return-value]
 
 
 # --- impulses
@@ -454,6 +535,76 @@ def _(claim: Claim, case: Case) -> Iterator[Plant]:
     yield plant
 
 
+@_named("impulse-multiplied-by-inertia", "impulse-spin-in-body-axes", "impulse-sets-velocity")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    def plant(sim: Simulation) -> None:
+        def push(J: Vector, arm: Vector) -> None:
+            twist = cross(arm, J)
+            if claim.name == "impulse-sets-velocity":
+                sim.v, sim.w = scale(1 / sim.mass, J), sim.from_torque(sim.q, twist)
+                return
+            inside = times_transposed(matrix(sim.q), twist)
+            spin = times(sim.inverse, inside)
+            if claim.name == "impulse-multiplied-by-inertia":
+                spin = times(matrix(sim.q), times(sim.inertia, inside))
+            sim.v, sim.w = along(sim.v, 1 / sim.mass, J), add(sim.w, spin)
+
+        sim.push = push  # type: ignore[method-assign]
+
+    yield plant
+
+
+@_named("impulse-torque-of-mixed-axes")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    """A point in body axes and an impulse in world axes make a torque in body axes; a point in the world is right."""
+
+    def plant(sim: Simulation) -> None:
+        right = sim.lever
+
+        def lever(impulse: Impulse) -> Vector:
+            at = sim.scene.body_point(impulse)
+            return right(impulse) if at is None else sim.vector(at)
+
+        def push(J: Vector, arm: Vector) -> None:
+            spin = times(matrix(sim.q), times(sim.inverse, cross(arm, J)))
+            sim.v, sim.w = along(sim.v, 1 / sim.mass, J), add(sim.w, spin)
+
+        sim.lever, sim.push = lever, push  # type: ignore[method-assign]
+
+    yield plant
+
+
+@_named("impulse-rotated-to-body-axes")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    def plant(sim: Simulation) -> None:
+        right = sim.value
+        sim.value = lambda impulse: times_transposed(matrix(sim.q), right(impulse))  # type: ignore[method-assign]
+
+    yield plant
+
+
+@_named("impulses-late", "impulses-repeated")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    late = claim.number("time") or 0.0
+
+    def plant(sim: Simulation) -> None:
+        more = [replace(impulse, time=impulse.time + late) for impulse in sim.impulses]
+        sim.impulses = more if claim.name == "impulses-late" else sim.impulses + more
+
+    yield plant
+
+
+@_named("impulse-component-reversed")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    signs = 1 - 2 * np.eye(3)["xyz".index(claim.parameters["choice"])]
+
+    def plant(sim: Simulation, which: int) -> None:
+        one = sim.impulses[which]
+        sim.impulses[which] = replace(one, value=signs * one.value)
+
+    yield from (partial(plant, which=which) for which in range(len(case.scene.impulses)))
+
+
 @_named("impulse-at-wrong-time")
 def _(claim: Claim, case: Case) -> Iterator[Plant]:
     late = claim.number("time") or 0.0
@@ -510,6 +661,68 @@ def _(claim: Claim, case: Case) -> Iterator[Plant]:
     yield lambda sim: setattr(sim, "turn_rate", lambda q, w: times_transposed(matrix(q), w))
 
 
+@_named("quaternion-rate-reversed")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    yield lambda sim: setattr(sim, "turn_rate", lambda q, w: scale(-1, w))
+
+
+# Rotations body to world that a program takes for the right one.
+WRONG_TURNS: dict[str, Callable[[Simulation, Quaternion], Matrix]] = {
+    "not-rotated": lambda sim, q: sim.tensor(np.eye(3)),
+    "frozen-at-start": lambda sim, q: sim.first,
+    "rotated-inversely": lambda sim, q: transposed(matrix(q)),
+}
+
+
+@_named(*(f"gyroscopic-inertia-{how}" for how in WRONG_TURNS))
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    """The tensor of Euler's equations alone: impulses have the right one."""
+    axes = WRONG_TURNS[claim.name.removeprefix("gyroscopic-inertia-")]
+
+    def plant(sim: Simulation) -> None:
+        _right_push(sim)
+        sim.tensor_axes = sim.inverse_axes = partial(axes, sim)
+
+    yield plant
+
+
+# What a torque in world axes does to w, from the rotation, the tensor and its inverse.
+WRONG_RESPONSES: dict[str, Callable[[Matrix, Matrix, Matrix, Vector], Vector]] = {
+    "gyroscopic-torque-divided-in-wrong-axes": lambda axes, tensor, inverse, torque: times(inverse, torque),
+    "gyroscopic-rate-in-body-axes": lambda axes, tensor, inverse, torque: times(
+        inverse, times_transposed(axes, torque)
+    ),
+    "gyroscopic-torque-not-divided": lambda axes, tensor, inverse, torque: torque,
+    "gyroscopic-torque-multiplied": lambda axes, tensor, inverse, torque: times(
+        axes, times(tensor, times_transposed(axes, torque))
+    ),
+}
+
+
+@_named(*WRONG_RESPONSES)
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    """All torques but those of impulses are divided so."""
+    response = WRONG_RESPONSES[claim.name]
+
+    def plant(sim: Simulation) -> None:
+        _right_push(sim)
+        sim.from_torque = lambda q, torque: response(matrix(q), sim.inertia, sim.inverse, torque)  # type: ignore[method-assign]
+        sim.spin = lambda q, w, dt: along(w, dt, sim.euler(q, w, ZERO))  # type: ignore[method-assign]
+
+    yield plant
+
+
+def _right_push(sim: Simulation) -> None:
+    """Have impulses be divided by the right tensor, whatever other torques are divided by."""
+
+    def push(J: Vector, arm: Vector) -> None:
+        axes = matrix(sim.q)
+        spin = times(axes, times(sim.inverse, times_transposed(axes, cross(arm, J))))
+        sim.v, sim.w = along(sim.v, 1 / sim.mass, J), add(sim.w, spin)
+
+    sim.push = push  # type: ignore[method-assign]
+
+
 @_named("inertia-axes-permuted")
 def _(claim: Claim, case: Case) -> Iterator[Plant]:
     """Yield the moments about the file's axes where these are principal; else about axes in any order."""
@@ -551,6 +764,14 @@ def _(claim: Claim, case: Case) -> Iterator[Plant]:
     late = claim.number("time") or 0.0
     yield lambda sim: setattr(sim, "ahead", sim.ahead - late)
     yield lambda sim: setattr(sim, "ahead", sim.ahead + late)
+    if any(impulse.time > 0 for impulse in case.scene.impulses):
+
+        def asleep(sim: Simulation) -> None:
+            """The body does not move at first, and impulses act when the file's clock shows their times."""
+            sim.ahead -= late
+            sim.impulses = [replace(impulse, time=max(0.0, impulse.time - late)) for impulse in sim.impulses]
+
+        yield asleep
 
 
 @_named("clock-rate")
@@ -564,7 +785,14 @@ def _(claim: Claim, case: Case) -> Iterator[Plant]:
         else:
             KINDS["clock rate"].plant(sim, rate=rate)
 
+    def by_impulses(sim: Simulation) -> None:
+        """The file's clock shows the times of impulses when they act."""
+        plant(sim)
+        sim.impulses = [replace(impulse, time=rate * impulse.time) for impulse in sim.impulses]
+
     yield plant
+    if any(impulse.time > 0 for impulse in case.scene.impulses):
+        yield by_impulses
 
 
 @_named("body-stops", "body-never-moves")

@@ -7,6 +7,8 @@ not explained, or is explained in part.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from tools.random_programs.contact import Claim
 from tools.random_programs.mistakes import Params
 from tools.random_programs.scene import Scene
@@ -43,6 +45,10 @@ def vertex(params: Params, scene: Scene) -> str:
 
 def _torque(params: Params, scene: Scene) -> float:
     return float(params["share"]) * float(scene.moments.mean())
+
+
+def _friction(params: Params, scene: Scene) -> float:
+    return float(params["rate"]) * float(np.linalg.norm(scene.w)) / scene.duration
 
 
 def _turning(params: Params, scene: Scene) -> float:
@@ -94,7 +100,11 @@ MISTAKES: dict[str, tuple[Name, ...]] = {
     "impulse at another vertex": (Name("impulse-at-wrong-vertex", vertex), same("one-impulse-at-wrong-vertex")),
     "impulse in body axes": (Name("impulse-in-body-axes"), same("one-impulse-in-body-axes")),
     "impulse torque in body axes": (Name("impulse-torque-in-body-axes"),),
+    "impulse without inertia": (Name("impulse-not-divided-by-inertia"),),
+    "impulse torque over the mass": (Name("impulse-divided-by-mass"),),
+    "impulse with a mean inertia": (Name("impulse-of-spherical-inertia"),),
     "impulse at another time": (Name("impulse-at-wrong-time", of("late")),),
+    "impulse fired twice, the second later": (Name("impulses-repeated", of("later")),),
     "impulse as force": (
         Name("impulse-as-force", of("lasts")),
         Name("impulse-as-force-over-one-step", of("lasts")),
@@ -108,16 +118,22 @@ MISTAKES: dict[str, tuple[Name, ...]] = {
     "gravity times dt": (Name("gravity-wrong-magnitude", of("factor")), ACCELERATION),
     "gravity along another axis": (Name("gravity-along-wrong-axis"), ACCELERATION),
     "gravity added": (Name("gravity-added", of("along")), ACCELERATION),
+    "gravity in body axes": (Name("gravity-in-body-axes"),),
     "gravity late": (Name("gravity-delayed", of("time")),),
     "constant acceleration": (Name("constant-acceleration"),),
     "linear damping": (Name("linear-damping", of("rate")),),
     "angular damping": (Name("angular-damping", of("rate")),),
     "quadratic drag": (Name("quadratic-drag", of("rate")),),
     "drag torque": (Name("drag-torque", _torque),),
+    "dry friction of the velocity": (Name("dry-friction", of("rate")),),
+    "dry friction of the spin": (Name("dry-angular-friction", _friction),),
+    "spin capped per component": (Name("spin-cap-of-components", of("cap")),),
     "speed cap": (Name("speed-cap", of("cap")),),
     "spin cap": (Name("spin-cap", of("cap")),),
     "tether missing": (Name("tether-missing"),),
     "drag missing": (Name("drag-missing"),),
+    "drag's torque missing": (Name("angular-drag-missing"),),
+    "tether pulls at the centre": (Name("tether-torque-missing"),),
     "inertia of a sphere": (Name("spherical-inertia"),),
     "inertia of permuted axes": (Name("inertia-axes-permuted"), same("edges-permuted")),
     "inverse for inertia": (Name("inertia-inverted"),),
@@ -125,6 +141,7 @@ MISTAKES: dict[str, tuple[Name, ...]] = {
     "edges in another order": (Name("edges-permuted"), same("inertia-axes-permuted")),
     "another size along an axis": (),  # below: its name has the axis in it
     "inertia never turned": (Name("inertia-never-rotated"),),
+    "tensor in body axes, its inverse in world axes": (Name("momentum-inertia-not-rotated"),),
     "inertia frozen at the start": (Name("inertia-frozen-at-start"),),
     "inertia turned the wrong way": (Name("inertia-rotated-inversely"),),
     "gyroscopic term missing": (Name("gyroscopic-term-missing"),),
@@ -151,6 +168,7 @@ MISTAKES: dict[str, tuple[Name, ...]] = {
     "another unit of length": (Name("wrong-length-unit", of("unit")),),
     "only the centre in other axes": (Name("position-only-in-wrong-axes"),),
     "only the attitude in other axes": (Name("attitude-only-in-wrong-axes"), same("quaternion-vector-mirrored")),
+    "floor at zero": (Name("floor-at-zero"),),
     "other axes": (Name("wrong-axes"),),
     "turned about the origin": (Name("rotation-about-origin"),),
     "turning axes": (Name("rotating-axes", _turning),),

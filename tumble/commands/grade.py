@@ -21,6 +21,7 @@ from tumble.scenarios.read import read_scene
 
 def main(options: Namespace) -> int:
     """Grade one file and print the result; exit code 1 only if a tolerance is given and exceeded."""
+    show = (lambda lines: None) if options.quiet else notes
     conventions = Conventions(options.euler, options.axes, options.start, options.spin)
     found = grade_file(
         options.file,
@@ -31,9 +32,9 @@ def main(options: Namespace) -> int:
         names=[name.strip() for name in options.columns.split(",")] if options.columns else (),
         sensor=options.sensor,
         search_s=options.search,
-        on_measured=lambda name, measured, observed: notes(first_lines(name, measured, observed)),
-        on_nearest=lambda explanation: note(nearest_line(explanation)),
-        on_readings=lambda name, measured: notes(first_reading_lines(name, measured)),
+        on_measured=lambda name, measured, observed: show(first_lines(name, measured, observed)),
+        on_nearest=lambda explanation: show([nearest_line(explanation)]),
+        on_readings=lambda name, measured: show(first_reading_lines(name, measured)),
         display=display(options),
     )
     if options.json:

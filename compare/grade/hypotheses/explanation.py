@@ -36,6 +36,8 @@ class Mistake(NamedTuple):
             right = np.array(hypothesis.values[0])
             near = NEARLY_RIGHT if right.any() else near
             return float(np.abs(self.value - right).max()) < near * hypothesis.scale
+        if hypothesis.unit == "s" and hypothesis.neutral == 0.0:
+            return abs(self.value) < NEARLY_RIGHT * max(map(abs, hypothesis.bounds))
         return not hypothesis.unit and abs(self.value - 1) < near
 
 

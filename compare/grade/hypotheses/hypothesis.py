@@ -19,6 +19,8 @@ STEPS = {
 }  # fmt: skip
 # Relative tolerance for treating two step sizes as equal.
 NEAR = 1e-4
+# Components below this share of the largest one are shown as 0.
+NOTHING = 1e-6
 # Numbers of rows that a tick may last.
 TICKS = (2, 3, 4, 5, 8, 10)
 # Steps in a row interval: most programs log every step, but a log can be sparse.
@@ -100,12 +102,12 @@ class Hypothesis:
     only_named: no other values are possible.  estimator: if the run jumps as the value changes, returns the value from
     logged times and from the times whose states are nearest to the rows [s], (S,), (S,); None if the run is smooth.
     variant: differs little from the hypothesis of the same name before it.  rare: in combinations, refined only if its
-    first values help.  unit: of the value.  details: further parameters for tables.  from_data: numbers that were taken
-    from the file itself; value: these numbers, for tables.  scale: if the value is several numbers, which begin at 0,
-    what they are compared with.
-    at_ticks: a time that takes effect at a tick of a program in steps.  neutral: the value that changes nothing, if a
-    small deviation from it has an effect in proportion.  unlikely: weight that it costs to assume it, beyond others.
-    vague: it explains a part of almost any error.  limits: what its value limits, "velocity" or "spin".
+    first values help.  unit: of the value.  details: further parameters for tables.  from_data: numbers that were
+    taken from the file itself; value: these numbers, for tables.  scale: if the value is several numbers, which begin
+    at 0, what they are compared with. at_ticks: a time that takes effect at a tick of a program in steps.  neutral:
+    the value that changes nothing, if a small deviation from it has an effect in proportion.  unlikely: weight that it
+    costs to assume it, beyond others. vague: it explains a part of almost any error.  needs_steps: without steps it is
+    the same as another one.  limits: what its value limits, "velocity" or "spin".
     """
 
     name: str
@@ -128,6 +130,7 @@ class Hypothesis:
     neutral: float | None = None
     unlikely: float = 0.0
     vague: bool = False
+    needs_steps: bool = False
     limits: str = ""
 
     @property
@@ -149,7 +152,8 @@ class Hypothesis:
     def text_with(self, value: Any) -> str:
         """Return the text with a value."""
         if self.scale:
-            return self.text.format(", ".join(f"{number:.4g}" for number in value))
+            least = NOTHING * max(map(abs, value))
+            return self.text.format(", ".join(f"{number if abs(number) > least else 0.0:.4g}" for number in value))
         if self.choices:
             return self.text.format(self.choices[int(value)])
         named = f" ({self.named_values[value]})" if self.named_values.get(value) else ""

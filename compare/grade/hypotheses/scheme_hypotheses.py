@@ -15,7 +15,7 @@ from tumble.compare.grade.hypotheses.engine_schemes import (
 )
 from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import NEAR, Context, Hypothesis
-from tumble.compare.grade.hypotheses.mistakes.forces import BULLET_KINDS, RATES, damped, damping_rates
+from tumble.compare.grade.hypotheses.mistakes.forces import BULLET_KINDS, RATES, beside_drag, damped, damping_rates
 from tumble.compare.grade.hypotheses.mistakes.rotation import gyroscopic_term_missing
 from tumble.compare.grade.hypotheses.mistakes.steps import velocity_in_body_axes
 from tumble.compare.grade.hypotheses.names import (
@@ -29,7 +29,15 @@ from tumble.compare.grade.hypotheses.names import (
     SPIN_CAP,
     SYMPLECTIC_EULER,
 )
-from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, IN_BODY, IN_WORLD, IN_WORLD_AXES, MOMENTUM, Scheme
+from tumble.compare.grade.model.kernel.dynamics import (
+    AS_FORCE,
+    CAP_WHEN_SET,
+    IN_BODY,
+    IN_WORLD,
+    IN_WORLD_AXES,
+    MOMENTUM,
+    Scheme,
+)
 from tumble.compare.grade.model.kernel.reading import SLERP
 from tumble.compare.grade.model.program_model import Clock, ImpulseApplication, ProgramModel
 
@@ -53,7 +61,7 @@ class Step:
     gyroscopic, rotation: keys of `engine_schemes.GYROSCOPIC` and `ROTATION`, "" for a detail without an effect;
     substeps: that move the centre; normalise_every: steps, 0 for never; other_axes: the angular velocity is not stored
     in the axes that are usual with the rotation, world axes with a matrix and otherwise body axes; steps_a_tick: steps
-    from one instant to the next at which events happen.
+    from one instant to the next at which events happen; is_unit_used: q is normalised where it rotates a lever.
     """
 
     gyroscopic: str
@@ -63,6 +71,7 @@ class Step:
     other_axes: bool = False
     steps_a_tick: int = 1
     explicit: bool = False
+    is_unit_used: bool = False
 
     @property
     def stored(self) -> int:
@@ -90,7 +99,10 @@ class SchemeHypotheses:
         if (cap := scheme.cap(stepped.step)) and cap * self._context.turn_s < 1:
             found.append(Mistake(self._of(_spin_cap, ()), cap))
         duration = self._context.duration if fitted else 0.0
-        found += [Mistake(self._of(_damping, (*key, duration)), rate) for key, rate in _dampings(scheme.damping)]
+        found += [
+            Mistake(self._of(_damping, (*key, duration, beside_drag(self._context.scene, key[0]))), rate)
+            for key, rate in _dampings(scheme.damping)
+        ]
         if scheme.gyroscopic == "none" and not self._equal:
             found.append(Mistake(self._of(gyroscopic_term_missing, ())))
         normalise_every = 0 if scheme.unnormalised else 1
@@ -115,7 +127,8 @@ class SchemeHypotheses:
 
     def damping(self, kind: str, place: int, form: int) -> Hypothesis:
         """Return linear or angular damping at a place in the step, whose rate is fitted."""
-        return self._of(_damping, (kind, place, form, self._context.duration))
+        where = beside_drag(self._context.scene, kind)
+        return self._of(_damping, (kind, place, form, self._context.duration, where))
 
     def late(self, ticks: int) -> Mistake:
         """Return rows that are late by so many row intervals; early, if the number is negative."""
@@ -144,7 +157,8 @@ def _step(own: Step, steps: tuple[tuple[float, str], ...]) -> Hypothesis:
     spin, term = GYROSCOPIC[own.gyroscopic or "explicit"]
     attitude, update = ROTATION[own.rotation or "exponential"]
     more = [term if own.gyroscopic else "", update if own.rotation else ""]
-    more.append("" if own.normalise_every else "never normalised")
+    levers = " but where an impulse acts" if own.is_unit_used else ""
+    more.append("" if own.normalise_every else f"never normalised{levers}")
     more.append(f"position moved in {own.substeps} substeps" if own.substeps > 1 else "")
     is_told = own.other_axes or (own.explicit and own.stored != MOMENTUM)
     axes = ("world" if own.stored == IN_WORLD else "body") if is_told else ""
@@ -171,6 +185,7 @@ def _step(own: Step, steps: tuple[tuple[float, str], ...]) -> Hypothesis:
                 velocity_axes=old.velocity_axes,
                 stored=own.stored,
                 recovers=old.recovers,
+                is_unit_used=own.is_unit_used,
             ),
             tick=own.steps_a_tick * step,
         )
@@ -207,9 +222,12 @@ def _dampings(damping: Damping) -> Iterator[tuple[tuple, float]]:
         yield ("angular", *how), damping.angular
 
 
-def _damping(kind: str, place: int, form: int, duration: float = 0.0) -> Hypothesis:
-    """Return damping as in engines; duration: of the run to which its rate is fitted [s], 0 if it is not."""
-    where = "" if place == AS_FORCE else f", {DAMPING_FORMS[form]} {DAMPING_PLACES[place]}"
+def _damping(kind: str, place: int, form: int, duration: float, beside: str) -> Hypothesis:
+    """Return damping as in engines; duration: of the run to which its rate is fitted [s], 0 if it is not.
+
+    beside: what its text ends with.
+    """
+    where = beside if place == AS_FORCE else f", {DAMPING_FORMS[form]} {DAMPING_PLACES[place]}{beside}"
     details = (("damping-form", DAMPING_FORMS[form]), ("damping-place", DAMPING_PLACES[place]))
     kinds = {"linear": (0,), "angular": (2,), "PyBullet": BULLET_KINDS}[kind]
 
@@ -242,7 +260,7 @@ def _spin_cap() -> Hypothesis:
         SPIN_CAP,
         "spin cap",
         "angular velocity limited to {} rad/s",
-        lambda program, cap: program.but(caps=(program.caps[0], cap), caps_when_set=True),
+        lambda program, cap: program.but(caps=(program.caps[0], cap), cap_place=CAP_WHEN_SET),
         unit="rad/s",
     )
 

@@ -54,6 +54,10 @@ class ResidualScale:
         """Return errors of rows, (S, K, 3), scaled to the same floor in each row and axis."""
         return errors * (self.floor_m / (np.sqrt(3.0) * self.floors_m))[:, None]
 
+    def in_floors(self, errors: Array) -> float:
+        """Return the root mean square of errors of rows, (S, K, 3), in floors."""
+        return root_mean_square(self.weighted(errors)) / self.floor_m
+
     def with_single(self, single_m: Array) -> "ResidualScale":
         """Return the scale with an effect of single precision on each row [m], (S,)."""
         floors_m = np.sqrt(np.square(self.floors_m) + np.square(single_m)[:, None] / 3)

@@ -15,10 +15,13 @@ from tumble.compare.engines.tumble import forces_of
 from tumble.compare.grade.model.kernel.dynamics import (
     AS_FORCE,
     AS_THE_BODY,
+    AXES_OF_WORLD,
     BEGIN,
+    CAP_FORCED,
     END,
     EVENT,
     EXPLICIT,
+    FLOOR_AFTER,
     IN_BODY,
     JUMP,
     LINEARLY,
@@ -28,6 +31,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     UNMIXED,
     Dynamics,
     Scheme,
+    TetherLaw,
 )
 from tumble.compare.grade.model.kernel.reading import POSE, between_ticks, instants_of
 from tumble.compare.grade.model.kernel.stepping import WIDTH, integrate
@@ -40,8 +44,8 @@ from tumble.solver.vectors import Vector
 
 # Largest rotation in a continuous step [rad]: order 4 leaves errors of 1e-5 while searching, of 1e-9 at the end.
 SEARCHING, FINE = 0.2, 0.02
-# Of the shortest time in which a spring oscillates by a radian, while searching; finer with the root of the fineness.
-SPRING_STEP = 0.1
+# Of the shortest time in which a spring oscillates by a radian, while searching; finer with a power of the fineness.
+SPRING_STEP, SPRING_POWER = 0.16, 0.7
 # A force's strength that has no effect, but is not the 0 that would remove a term from the kernel.
 NO_STRENGTH = 1e-200
 # Lists of events; the same ones are simulated again and again with other mistakes.
@@ -94,8 +98,8 @@ class ImpulseApplication(NamedTuple):
 
     lasts: duration [s] of a constant force J/lasts, 0 for an instantaneous jump; ends: the force ends; turns: its
     torque lasts as well, otherwise it acts at once; lever, lever_motion, lever_axes: as in `kernel.dynamics.Dynamics`;
-    strength: factor on J; in_body_axes: J is in body axes; moves: factor on J where it changes the velocity of the
-    centre.
+    strength: factor on J; axes: of J, as in `kernel.dynamics`; moves: factor on J where it changes the velocity of the
+    centre; sets: an impulse sets the velocities, and adds nothing to them.
     """
 
     lasts: float = 0.0
@@ -105,8 +109,9 @@ class ImpulseApplication(NamedTuple):
     lever_motion: int = POINT_MOVES
     strength: float = 1.0
     lever_axes: int = AS_THE_BODY
-    in_body_axes: bool = False
+    axes: int = AXES_OF_WORLD
     moves: float = 1.0
+    sets: bool = False
 
 
 class Pose(NamedTuple):
@@ -124,6 +129,7 @@ class Pose(NamedTuple):
 AT_ONCE, RIGHT_CLOCK = ImpulseApplication(), Clock()
 CONTINUOUS = Scheme(0.0, SMOOTH, EXPLICIT, False, 0.0, stored=IN_BODY)
 OutputTransform = Callable[[Pose], Pose]
+THE_SCENES_DRAG, THE_SCENES_TETHERS = (False, False, False), TetherLaw()
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,9 +137,11 @@ class ProgramModel:
     """One throw as a program understands, simulates and writes it.
 
     mass [kg]; moments [kg m2], (3,); start: state, (13,); gravity [m/s2], (3,), from gravity_from [s] on; forces: the
-    scene's other forces; stiffness: of them [N/m]; damping to caps: as in `kernel.dynamics.Dynamics`; application: of
-    impulses; tick: from one instant to the next at which a program in steps looks for events [s], 0 for its step;
-    output_transforms: applied to a pose in this order; rounding: of printed times [s].
+    scene's other forces; stiffness: of them [N/m]; drag_law: whether the scene's linear drag is quadratic, its angular
+    drag is, and its angular drag is not divided by the inertia; the others from damping to thresholds: as in
+    `kernel.dynamics.Dynamics`; application: of impulses; tick: from one instant to the next at which a program in steps
+    looks for events [s], 0 for its step; output_transforms: applied to a pose in this order; rounding: of printed times
+    [s].
     """
 
     body: Body
@@ -145,17 +153,28 @@ class ProgramModel:
     forces: Forces
     stiffness: float
     damping: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    drag: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    drag_law: tuple[bool, bool, bool] = THE_SCENES_DRAG
+    tether_law: TetherLaw = THE_SCENES_TETHERS
     axis_damping: tuple[Vector, Vector, Vector] = (ZERO, ZERO, ZERO)
+    swirl: float = 0.0
+    gravity_in_body: bool = False
     gravity_from: float = 0.0
     damping_place: int = AS_FORCE
     damping_form: int = LINEARLY
     gyroscopic: float = 1.0
     frame_mixup: int = UNMIXED
     tensor: int = TURNED
+    inverse_tensor: int = TURNED
     impulse_tensor: int = TURNED
     attitude_rate_factor: float = 1.0
     caps: tuple[float, float] = (np.inf, np.inf)
-    caps_when_set: bool = False
+    component_caps: tuple[float, float] = (np.inf, np.inf)
+    cap_place: int = CAP_FORCED
+    up: Vector = ZERO
+    bounce: float = 0.0
+    floor_place: int = FLOOR_AFTER
+    thresholds: tuple[float, float] = (0.0, 0.0)
     application: ImpulseApplication = AT_ONCE
     scheme: Scheme = CONTINUOUS
     tick: float = 0.0
@@ -201,40 +220,82 @@ class ProgramModel:
         between_ticks(rows, first, clock.fraction(times, self.rounding), clock.tick, clock.interpolation, found)
         return Pose(times, found[:, 0:3], found[:, 3:12].reshape(-1, 3, 3), found[:, 12:16])
 
+    @property
+    def _is_usual(self) -> bool:
+        """Whether nothing acts but by the laws of usual programs."""
+        others = any(self.drag) or self.swirl or self.gravity_in_body or any(self.up) or any(self.thresholds)
+        return not others and self.drag_law == THE_SCENES_DRAG and self.tether_law == THE_SCENES_TETHERS
+
+    def _by_the_scenes_laws(self) -> tuple[Forces, tuple[float, float, float]]:
+        """Return the forces that obey the scene's laws, the others without strength, and drag by another law."""
+        forces, other_drag = self.forces, (0.0, 0.0, 0.0)
+        if forces.tethers is not None and self.tether_law != THE_SCENES_TETHERS:
+            forces = forces._replace(tethers=np.zeros_like(forces.tethers))
+        if forces.drag is not None and self.drag_law != THE_SCENES_DRAG:
+            linear, angular = forces.drag
+            is_quadratic, is_quadratic_spin, is_undivided = self.drag_law
+            spin = 0.0 if angular is None else angular
+            other_drag = (
+                linear or 0.0 if is_quadratic else 0.0,
+                spin if is_quadratic_spin else 0.0,
+                spin if is_undivided else 0.0,
+            )
+            kept = None if linear is None else 0.0 if is_quadratic else linear
+            kept_spin = None if angular is None else 0.0 if is_quadratic_spin or is_undivided else angular
+            forces = forces._replace(drag=(kept, kept_spin))
+        return forces, other_drag
+
     def simulate(self, times: Array, fineness: float = SEARCHING) -> Array:
         """Return rows of `kernel.stepping` at times [s] that do not decrease, (T, 22), each after its impulses."""
         rows = np.empty((len(times), WIDTH))
         gravity, application = tuple(self.gravity.tolist()), self.application
         delayed_gravity = (self.gravity_from, *(self.mass * self.gravity).tolist()) if self.gravity_from else None
         moments = tuple(self.moments.tolist())
+        forces, other_drag = self._by_the_scenes_laws()
         w, x, y, z = self.start[3:7].tolist()
         size = math.sqrt(w * w + x * x + y * y + z * z)
         dynamics = Dynamics(
             moments=moments,
-            forces=self.forces._replace(mass=self.mass, gravity=ZERO if delayed_gravity else gravity),
+            forces=forces._replace(mass=self.mass, gravity=ZERO if delayed_gravity else gravity),
             damping=self.damping,
+            drag=self.drag,
+            other_drag=other_drag,
+            tether_law=self.tether_law,
+            tethers=self.forces.tethers,
             axis_damping=self.axis_damping,
+            swirl=self.swirl,
+            gravity_in_body=self.gravity_in_body,
             damping_place=self.damping_place,
             damping_form=self.damping_form,
             gyroscopic=self.gyroscopic,
             frame_mixup=self.frame_mixup,
             tensor=self.tensor,
+            inverse_tensor=self.inverse_tensor,
             impulse_tensor=self.impulse_tensor,
             first=(w / size, x / size, y / size, z / size),
             file_axes=tuple(self.body.file_axes.tolist()),
             attitude_rate_factor=self.attitude_rate_factor,
             caps=self.caps,
-            caps_when_set=self.caps_when_set,
+            component_caps=self.component_caps,
+            cap_place=self.cap_place,
             lever=application.lever,
             lever_motion=application.lever_motion,
             lever_axes=application.lever_axes,
-            impulse_in_body_axes=application.in_body_axes,
+            impulse_axes=application.axes,
+            impulse_sets=application.sets,
+            up=self.up,
+            bounce=self.bounce,
+            floor_place=self.floor_place,
+            thresholds=self.thresholds,
+            is_usual=self._is_usual,
+            is_capped=min(*self.caps, *self.component_caps) < math.inf,
+            has_other_tethers=self.tether_law != THE_SCENES_TETHERS,
         )
         scheme = self.scheme if self.scheme.attitude != SMOOTH else self.scheme._replace(step=fineness)
         springs = 0.0
         if self.stiffness:
             rate = math.sqrt(self.stiffness * (1 / self.mass + self.body.reach**2 / min(moments)))
-            springs = rate * math.sqrt(fineness * SEARCHING) / SPRING_STEP
+            springs = rate * fineness * (SEARCHING / fineness) ** SPRING_POWER / SPRING_STEP
         events = _events(self.impulses, application, delayed_gravity, self.event_tick)
         integrate(self.start, times, rows, dynamics, events, springs, scheme, self.rounding)
         return rows
@@ -279,9 +340,9 @@ def correct_program(scene: Scene, throw: int, rounding: float = 0.0) -> ProgramM
     return program
 
 
-def without_strength(law: Law, scene: Scene) -> Any:
-    """Return the parameters of a force of the scene, with no strength."""
-    return getattr(forces_of(law.scaled(scene, NO_STRENGTH)), law.part)
+def scaled_force(law: Law, scene: Scene, by: float, *keys: str) -> Any:
+    """Return the parameters of a force of the scene, with all strengths times a factor, or those of some keys."""
+    return getattr(forces_of(law.scaled(scene, by, *keys)), law.part)
 
 
 def _with_fixed_point(impulse: Impulse, before: ProgramModel) -> Impulse:

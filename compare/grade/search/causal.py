@@ -31,6 +31,8 @@ ENOUGH = 40
 GLANCE = 0.25
 # Share of the first score that is little enough to look at more of the run.
 NEARLY = 0.25
+# Share of what no mistake leaves that is little enough to try a single change before others.
+HALF = 0.5
 # Programs that are kept from one part of the run to the next.
 KEPT = 3
 MOST_MISTAKES = 8
@@ -41,8 +43,8 @@ MUCH = 30.0
 
 
 # Share of what a mistake with a value gains that counts, since any value explains a part of almost anything; and of a
-# vague mistake.
-VALUED, VAGUE = 0.85, 0.7
+# vague mistake, or one with several values.
+VALUED, VAGUE = 0.85, 0.5
 
 
 # Two programs leave nearly the same if their largest squares differ by no more than this factor.
@@ -56,7 +58,7 @@ class Candidate:
     """Mistakes, and the information criterion of what they leave with the cost of assumptions.
 
     weight: of all; score: with a free translation; rank: the score if each mistake had gained only the share of what it
-    gained that counts; by it programs are ranked.
+    gained that counts; by it programs are ranked.  is_enough: they explain all, or all but a free translation.
     """
 
     mistakes: Mistakes
@@ -64,6 +66,7 @@ class Candidate:
     score: float
     is_whole: bool
     rank: float
+    is_enough: bool = False
     is_expanded: bool = field(default=False)
 
 
@@ -95,8 +98,10 @@ class CausalSearch(Changes):
                 if number and not self._is_near(self._fitted(begun[0])):
                     begun += self._same_before(begun[0], horizons[number - 1])
                 single = self._single.get(until, [])
-                hopeful = [c.mistakes for c in single if c.score < NEARLY * self._fitted(()).score]
-                pool = self._explored([*begun, *hopeful[:KEPT]], [c.mistakes for c in single[:SINGLE]])
+                whole = self._fitted(()).score
+                nearly, half = ([c.mistakes for c in single if c.score < share * whole] for share in (NEARLY, HALF))
+                then = [c.mistakes for c in single[:SINGLE]]
+                pool = self._explored([*begun, *nearly[:KEPT]], list(dict.fromkeys((*half[:KEPT], *then))))
                 if not pool[0].is_whole or any(m.hypothesis.vague for m in pool[0].mistakes):
                     pool = self._named(pool)
         except SearchStopped:
@@ -273,7 +278,8 @@ class CausalSearch(Changes):
         if is_all and (is_whole or shells.is_near(errors) or shells.is_even(errors)):
             explained = self._evaluator.explain(mistakes)
             is_whole = explained.in_digits <= EXPLAINED if self._is_double else explained.is_whole
-        return Candidate(mistakes, weight + cost, score + cost, is_whole, score + cost)
+        is_enough = is_whole or (self._fit.is_free and shells.is_whole(shells.without_translation(errors[None])[0]))
+        return Candidate(mistakes, weight + cost, score + cost, is_whole, score + cost, is_enough)
 
     def _explored(self, begun: Sequence[Mistakes], then: Sequence[Mistakes] = ()) -> list[Candidate]:
         """Return programs, best first: the best of some, and what one change after the other makes of it.
@@ -289,7 +295,7 @@ class CausalSearch(Changes):
             others = [*map(self._fitted, then), *others]
             for _ in range(MOST_DIVES):
                 best = min(pool.values(), key=_by_score)
-                if best.is_whole or (self._until < self._context.duration and best.score < NEARLY * begun_at):
+                if best.is_enough or (self._until < self._context.duration and best.score < NEARLY * begun_at):
                     break
                 other = others.pop(0) if others else _new(pool.values())
                 if other is None:
@@ -408,7 +414,9 @@ def _by_score(candidate: Candidate) -> float:
 
 def _share_of(hypothesis: Hypothesis) -> float:
     """Return the share of what a mistake gains that counts."""
-    return VAGUE if hypothesis.vague else VALUED if hypothesis.fitted else 1.0
+    if hypothesis.vague or hypothesis.scale:
+        return VAGUE
+    return VALUED if hypothesis.fitted else 1.0
 
 
 def _new(candidates: Collection[Candidate]) -> Candidate | None:

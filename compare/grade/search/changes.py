@@ -12,8 +12,8 @@ from tumble.compare.grade.search.parts import Parts
 from tumble.compare.grade.search.proposals import Proposals, Run, SchemeKind
 from tumble.scenarios.frames import Array
 
-# Schemes that are fitted, of all that are tried.
-SCHEMES = 6
+# Schemes that are fitted, of all that are tried, and those that may be among them.
+SCHEMES, HOPEFUL = 6, 24
 # Schemes of which damping is tried at each place in the step, and those of which other details are tried.
 PLACED, DETAILED = 32, 10
 # Radians in a step from which the length of the right one is estimated.
@@ -30,7 +30,9 @@ class Changes(Parts):
         self.proposals = self._proposals = Proposals(evaluator.context, evaluator.hypotheses)
 
     def _run(self, mistakes: Mistakes) -> Run:
-        return Run(self._until, self._context.spacing_s, self._simulations.fastest(mistakes))
+        return Run(
+            self._until, self._context.spacing_s, self._simulations.fastest(mistakes), self._reached, self._rests_from
+        )
 
     def _one_more(self, mistakes: Mistakes, every_value: bool = False) -> list[tuple[Hypothesis, list[Mistakes]]]:
         """Return each mistake that can be added, and programs with its first values, and better ones."""
@@ -55,19 +57,44 @@ class Changes(Parts):
         return found
 
     def _schemes(self, mistakes: Mistakes) -> list[Mistakes]:
-        """Return the best schemes for mistakes.
+        """Return the best schemes for mistakes."""
+        tried = self._upon_steps(mistakes)
+        slopes = self._all_slopes(mistakes)
+        scores = self._profiled([program for _, program in tried], slopes)
+        likely = [tried[number][1] for number in best_of_each([kind.key for kind, _ in tried], scores)]
+        detailed = [each for one in likely[:DETAILED] for each in self._proposals.with_details(one)]
+        likely = [*likely[:PLACED], *detailed, *self._damped(likely[:PLACED])]
+        scores = self._profiled(likely, slopes)
+        found = self._best_fitted([likely[number] for number in np.argsort(scores, kind="stable")[:HOPEFUL]])
+        without = [tuple(m for m in one if not m.hypothesis.vague) for one in found]
+        return [*found, *without]
+
+    def _best_fitted(self, programs: Sequence[Mistakes]) -> list[Mistakes]:
+        """Return the best of some programs.
+
+        In the first part of the run, where that is fast, they are those after a step of a fit: their other values were
+        fitted to another scheme.
+        """
+        if self._until > self._horizons()[0]:
+            return list(programs[:SCHEMES])
+        fits = [self._fit.fitted(program, 1) for program in programs]
+        order = sorted(range(len(fits)), key=lambda number: fits[number][2] + self._cost(programs[number]))
+        return [fits[number][0] for number in order[:SCHEMES]]
+
+    def _upon_steps(self, mistakes: Mistakes) -> list[tuple[SchemeKind, Mistakes]]:
+        """Return each kind of scheme with steps that may be right, and the program that it makes.
 
         Errors of steps grow with a power of their length, so one length shows which would fit best.
         """
+        kinds = list(self._proposals.with_other_schemes(mistakes))
         spin = self._simulations.fastest(mistakes)["spin"]
         turn_s = min(self._context.turn_s, 1 / spin if spin else np.inf)
         first = self._proposals.first_step(mistakes, self._until, SHORT * turn_s)
         if not first:
             return []
-        kinds = list(self._proposals.with_other_schemes(mistakes))
         programs = [self._upon(kind, first) for kind in kinds]
         found = self._simulations.errors(programs)
-        wanted = [(kind, program) for kind, program in zip(kinds, programs, strict=True)]
+        wanted = list(zip(kinds, programs, strict=True))
         for others in dict.fromkeys(kind.others for kind in kinds):
             same = [number for number, kind in enumerate(kinds) if kind.others == others]
             for number, share in zip(same, self._shares(found[same], self._proposals.ordered(others)), strict=True):
@@ -77,16 +104,7 @@ class Changes(Parts):
                 ideals = [first * share ** (1 / order) for order in {1, kinds[number].order}]
                 nearest = {s for ideal in ideals for s in self._proposals.steps_near(mistakes, self._until, ideal)}
                 wanted += [(kinds[number], self._upon(kinds[number], s)) for s in sorted(nearest) if s != first]
-        tried = [program for _, program in wanted]
-        slopes = self._all_slopes(mistakes)
-        scores = self._profiled(tried, slopes)
-        likely = [tried[number] for number in best_of_each([kind.key for kind, _ in wanted], scores)]
-        detailed = [each for one in likely[:DETAILED] for each in self._proposals.with_details(one)]
-        likely = [*likely[:PLACED], *detailed, *self._damped(likely[:PLACED])]
-        scores = self._profiled(likely, slopes)
-        found = [likely[number] for number in np.argsort(scores, kind="stable")[:SCHEMES]]
-        without = [tuple(m for m in one if not m.hypothesis.vague) for one in found]
-        return [*found, *without]
+        return wanted
 
     def _upon(self, kind: SchemeKind, step: float) -> Mistakes:
         return self._proposals.ordered((*kind.others, Mistake(kind.hypothesis, step)))

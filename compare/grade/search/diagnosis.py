@@ -48,6 +48,7 @@ class Diagnosis:
     is_open : single precision would explain all in steps shorter than a row interval, but not in one step a row
     engines : engines that do the same at their defaults
     stopped_s : processor time after which the search was stopped [s]; 0: it ended by itself
+    in_floors : what no mistake leaves, in floors of the digits and of the noise that rows show
     """
 
     null: Explanation
@@ -59,6 +60,7 @@ class Diagnosis:
     is_open: bool = False
     engines: tuple[str, ...] = ()
     stopped_s: float = 0.0
+    in_floors: float = np.inf
 
 
 def diagnosed(
@@ -104,7 +106,7 @@ def diagnosed(
     explained += _of_double(evaluator, explained, max(begun_at + SEARCHED * search_s, thread_time() + least_s))
     explained.sort(key=by_weight)
     closing.stop_at(max(begun_at + search_s, thread_time() + least_s))
-    explained = _closed(explained, closing)
+    explained = _with_parts(evaluator, _closed(explained, closing))
     closing.stop_at(np.inf)
     evaluator.trials += search.trials
     ranked = _ranked(evaluator, null, explained)
@@ -153,6 +155,21 @@ def _closed(explained: Sequence[Explanation], closing: Closing) -> list[Explanat
     return [*whole, *others, *(each for each in explained if not each.within_floor)]
 
 
+def _with_parts(evaluator: Evaluator, explained: Sequence[Explanation]) -> list[Explanation]:
+    """Return explanations and, of those of a part of the error, those with fewer and fewer of their mistakes.
+
+    What a search has added last may explain nothing but what something unknown leaves.
+    """
+    found = {each.names: each for each in explained}
+    for explanation in [] if any(each.is_whole for each in explained) else explained[:FINALISTS]:
+        part = explanation
+        while len(part.mistakes) > 1:
+            fewer = [evaluator.explain(some) for some in combinations(part.mistakes, len(part.mistakes) - 1)]
+            part = min(fewer, key=lambda each: each.weighted_rms_m)
+            found.setdefault(part.names, part)
+    return [*explained, *(each for each in found.values() if each not in explained)]
+
+
 def _hypotheses(explanation: Explanation) -> set[Hypothesis]:
     return {mistake.hypothesis for mistake in explanation.mistakes}
 
@@ -179,6 +196,7 @@ def _ranked(evaluator: Evaluator, null: Explanation, found: Sequence[Explanation
         steps=tuple(_steps(evaluator, null, best)),
         trials=evaluator.trials,
         program=evaluator.program_with(best.mistakes),
+        in_floors=evaluator.in_common_floors(()),
     )
 
 

@@ -10,6 +10,7 @@ from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.measure.errors import SampledRows
 from tumble.compare.grade.measure.noise import white_noise_m
 from tumble.compare.grade.measure.significance import (
+    EXPLAINED,
     ResidualScale,
     autocorrelation,
     choice_cost,
@@ -18,6 +19,7 @@ from tumble.compare.grade.measure.significance import (
     spares_rows,
 )
 from tumble.compare.grade.measure.single_precision import fine_step, single_floor, stepwise
+from tumble.compare.grade.measure.speeds import rests_from, speeds_reached
 from tumble.compare.grade.model.kernel.dynamics import SMOOTH
 from tumble.compare.grade.model.program_model import FINE, SEARCHING, ZERO_ORDER_HOLD, ProgramModel
 from tumble.scenarios.frames import Array
@@ -60,9 +62,12 @@ class Evaluator:
         self._costs: dict[tuple[Hypothesis, bool], float] = {}
         scale = self._with_single(stepwise(context.program, context.spacing_s / USUAL_STEPS))
         events = np.array([impulse.time for impulse in context.program.impulses])
-        noise_m = white_noise_m(sample.times, sample.vertices, events)
+        noise_m = white_noise_m(
+            sample.times, sample.vertices, events, context.program.rounding, context.kind == "vertices"
+        )
         # Rounding is noise too, of a floor at most.
-        self.search_scale = scale.with_noise(noise_m) if noise_m > NOISY * scale.floor_m else scale
+        self._noise_m = noise_m if noise_m > NOISY * self.scale.floor_m else 0.0
+        self.search_scale = scale.with_noise(self._noise_m)
 
     def explain(self, mistakes: Mistakes) -> Explanation:
         """Return what mistakes leave of all rows, finely simulated.
@@ -73,13 +78,14 @@ class Evaluator:
         program = self.program_with(mistakes)
         errors = self._errors(program)
         scale = self._with_single(program)
-        rms_m, weighted_rms_m = root_mean_square(errors), root_mean_square(scale.weighted(errors))
-        in_floors = weighted_rms_m / scale.floor_m
-        in_digits = root_mean_square(self.scale.weighted(errors)) / self.scale.floor_m
-        weights = scale.weight(in_floors, self._vagueness(scale)), self.scale.weight(in_digits, 0.0)
+        rms_m, in_floors, in_digits = root_mean_square(errors), scale.in_floors(errors), self.scale.in_floors(errors)
+        # Rows with as much noise are as precise, whatever their floors.
+        known, noisy = (each.with_noise(self._noise_m) for each in (self.scale, scale))
+        in_noise = noisy.in_floors(errors)
+        weights = noisy.weight(in_noise, self._vagueness(scale)), known.weight(known.in_floors(errors), 0.0)
         with np.errstate(all="ignore"):  # a run that diverged
             max_m = float(np.linalg.norm(errors, axis=-1).max())
-        within_floor = scale.is_within_floor(weighted_rms_m) or self._is_nearly(mistakes, in_floors, in_digits)
+        within_floor = in_floors <= EXPLAINED or self._is_nearly(mistakes, in_floors, in_digits)
         correlation = 0.0 if within_floor else self._autocorrelation(program, errors)
         return Explanation(
             mistakes=mistakes,
@@ -91,7 +97,7 @@ class Evaluator:
             and is_even(errors)
             and not spares_rows(errors, scale.floors_m),
             weight=self.cost(mistakes) + min(weights),
-            weighted_rms_m=in_floors * self.scale.floor_m,
+            weighted_rms_m=in_noise * known.floor_m,
             in_digits=in_digits,
         )
 
@@ -102,19 +108,29 @@ class Evaluator:
         return self.in_common_floors(mistakes) <= SMALL_SHARE * self._null_in_common_floors
 
     @cached_property
+    def reached(self) -> dict[str, list[float]]:
+        """The velocities [m/s] and spins [rad/s] that the rows reach."""
+        return speeds_reached(self.rows.times, self.rows.vertices, self.points)
+
+    @cached_property
+    def rests_from(self) -> float:
+        """The time from which the rows rest [s]."""
+        return rests_from(self.rows.times, self.rows.vertices, self.search_scale.floors_m)
+
+    @cached_property
     def _null_in_common_floors(self) -> float:
         return self.in_common_floors(())
 
     def in_common_floors(self, mistakes: Mistakes) -> float:
         """Return what mistakes leave of all rows, in the floors that a search has for every program."""
         errors = self._errors(self.program_with(mistakes))
-        return root_mean_square(self.search_scale.weighted(errors)) / self.search_scale.floor_m
+        return self.search_scale.in_floors(errors)
 
     def is_within_single_steps(self) -> bool:
         """Return whether single precision of one step a row explains the rows; in shorter steps it explains more."""
         scale = self._with_single(stepwise(self.context.program, self.context.spacing_s))
         errors = self._errors(self.context.program)
-        return scale.is_within_floor(root_mean_square(scale.weighted(errors)))
+        return scale.in_floors(errors) <= EXPLAINED
 
     def _errors(self, program: ProgramModel) -> Array:
         """Return what a finely simulated program leaves of all rows [m], (S, K, 3)."""

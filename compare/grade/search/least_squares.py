@@ -97,13 +97,9 @@ class Fit:
 
     def solutions(self, slopes: Array, errors: Array) -> list[Array]:
         """Return the steps that make residuals least, with more and more damping; (P, T, K, 3), (T, K, 3)."""
-        shells = self._simulations.shells
-        root = np.sqrt(shells.precisions(errors[None])[0])[:, :, None]
         with np.errstate(all="ignore"):
             every = np.nan_to_num(np.concatenate((slopes, errors[None])), posinf=0.0, neginf=0.0)
-            if self.is_free:
-                every = shells.without_translation(every, errors)
-            every = (root * every).reshape(len(every), -1)
+            every = self._weighted(every)
             normal, gradient = every[:-1] @ every[:-1].T, every[:-1] @ every[-1]
         size = np.diag(normal).copy()
         size[size == 0] = 1.0
@@ -114,6 +110,17 @@ class Fit:
             except np.linalg.LinAlgError:
                 continue
         return found
+
+    def _weighted(self, every: Array) -> Array:
+        """Return derivatives and at last residuals, (P + 1, T, K, 3), as precise as rows are, as `scored` does.
+
+        A free translation leaves nothing of some derivatives, but of those with the right one.
+        """
+        shells, parts = self._simulations.shells, [(1.0, every)]
+        if self.is_free:
+            parts = [(1.0, shells.without_translation(every, every[-1])), (SHARE, every)]
+        found = [np.sqrt(share * shells.precisions(part[-1:]))[..., None] * part for share, part in parts]
+        return np.concatenate(found, axis=1).reshape(len(every), -1)
 
 
 def free_values(mistakes: Mistakes) -> list[Hypothesis]:

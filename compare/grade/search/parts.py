@@ -28,6 +28,7 @@ class Parts:
         """Look at all of the run; scale: what residuals are compared to."""
         self._context, self._sample, self._points = evaluator.context, evaluator.rows, evaluator.points
         self._scale, self._cost = scale, evaluator.cost
+        self._reached, self._rests_from = evaluator.reached, evaluator.rests_from
         self._events = np.array([impulse.time for impulse in self._context.program.impulses])
         self._made: dict[float, Simulations] = {}
         self._coarse: dict[float, Simulations] = {}

@@ -1,6 +1,6 @@
 """What a search tries next: one more mistake, another one in the place of one, or another scheme."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -34,7 +34,7 @@ SUBSTEPS = (1, 2, 4, 8)
 ROTATIONS = (*((rotation, 1) for rotation in ROTATION), ("first order", 0))
 OF_EXPLICIT = ("none", "explicit", "implicit", "rescaled", "momentum")
 # Of these, the terms with which the angular velocity may as well be stored in the other axes, which matters then.
-STORED_EITHER_WAY = ("none", "explicit")
+STORED_EITHER_WAY = ("none", "explicit", "implicit", "rescaled")
 # Steps from one instant to the next at which events happen.
 STEPS_A_TICK = (1, 2, 4, 8)
 # Row intervals by which rows may be late.
@@ -45,6 +45,8 @@ MOST_VALUES, MOST_IF_LINEAR = 9, 5
 # Times that are tried in a run; and shares by which limits are below what the program reaches.
 ROWS_LATE = (0.25, 0.5, 1, 2, 3, 4, 6)
 TIMES, BELOW = 12, (0.003, 0.01, 0.03, 0.07, 0.15, 0.3, 0.5, 0.7)
+# Row intervals before the first row at rest at which a body may have stopped.
+RESTED = (0.0, 0.25, 0.5, 0.75)
 # A run of more steps takes longer than it is worth.
 MOST_STEPS = 6_000
 # Parts of a program that are a scheme.
@@ -57,15 +59,22 @@ NEXT, CLOSE = 2, 0.1
 ALWAYS = (1, 2)
 # Steps that differ from another by less than this factor are similar.
 SIMILAR = 1.7
+# Steps of short programs, in which a mistake may happen elsewhere.
+PLAIN_GYROSCOPIC, PLAIN_ROTATIONS = ("none", "explicit", "momentum"), (("exponential", 1), ("first order", 1))
 
 
 @dataclass(frozen=True)
 class Run:
-    """What first values depend on: until when a program runs [s], its rows [s], its largest velocity and spin."""
+    """What first values depend on: until when a program runs [s], its rows [s], its largest velocity and spin.
+
+    reached: velocities [m/s] and spins [rad/s] that the rows reach; rests_from: time from which they rest [s].
+    """
 
     until: float
     spacing: float
     fastest: Mapping[str, float]
+    reached: Mapping[str, Sequence[float]]
+    rests_from: float
 
 
 @dataclass(frozen=True)
@@ -107,7 +116,9 @@ class Proposals:
         """
         taken = {m.hypothesis.part for m in mistakes}
         for hypothesis in (*self.hypotheses, *self._damping(mistakes)):
-            if hypothesis.part not in taken:
+            # Where in a step a limit acts is tried when there is one.
+            is_other = hypothesis.needs_steps and (STEPS not in taken or hypothesis.limits)
+            if hypothesis.part not in taken and not is_other:
                 values = [Mistake(hypothesis, value) for value in first_values(hypothesis, run, every_value)]
                 yield hypothesis, [program for one in values for program in self._with(mistakes, one)]
         if "clock offset" not in taken:
@@ -157,6 +168,7 @@ class Proposals:
                 same = hypothesis.part == own.part or (
                     hypothesis.part in TWINS.get(own.part, ()) and hypothesis.part not in taken
                 )
+                same = same and (STEPS in taken or not hypothesis.needs_steps)
                 if same and own.part != STEPS and hypothesis is not own:
                     for value in first_values(hypothesis, run):
                         for program in self._with(others, Mistake(hypothesis, value)):
@@ -187,6 +199,8 @@ class Proposals:
                 yield self.ordered((*mistakes, Mistake(self.schemes.late(sign).hypothesis, step.value)))
             if own.explicit or own.gyroscopic in TURNED_ASIDE or own.rotation in TURNED_ASIDE:
                 yield self._with_step(mistakes, step, replace(own, other_axes=not own.other_axes))
+            if not own.normalise_every and self._context.program.impulses:
+                yield self._with_step(mistakes, step, replace(own, is_unit_used=not own.is_unit_used))
             for number in STEPS_A_TICK:
                 if number != own.steps_a_tick and self._moves_events(
                     step.value * own.steps_a_tick, step.value * number
@@ -221,25 +235,40 @@ class Proposals:
         yield from places or [self.ordered(mistakes)]
 
     def with_other_schemes(self, mistakes: Mistakes) -> Iterator["SchemeKind"]:
-        """Yield each kind of scheme upon which the other mistakes can be put."""
+        """Yield each kind of scheme upon which the other mistakes can be put, wherever in its step they happen."""
         others = tuple(m for m in mistakes if m.hypothesis.part != STEPS)
+        yield from self._in_steps(others, GYROSCOPIC, ROTATIONS)
+        for placed in self._with_other_variants(others):
+            yield from self._in_steps(placed, PLAIN_GYROSCOPIC, PLAIN_ROTATIONS)
+        for hypothesis in self._methods:
+            yield SchemeKind((hypothesis,), others, hypothesis, ORDERS.get(hypothesis.name, 1))
+
+    def _with_other_variants(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+        """Yield programs with a mistake that happens elsewhere in a step, in the place of one."""
+        for number, (own, value) in enumerate(mistakes):
+            for hypothesis in self.hypotheses:
+                if hypothesis.name == own.name and hypothesis is not own and hypothesis.needs_steps:
+                    yield (*mistakes[:number], Mistake(hypothesis, value), *mistakes[number + 1 :])
+
+    def _in_steps(
+        self, others: Mistakes, gyroscopic: Iterable[str], rotations: Sequence[tuple[str, int]]
+    ) -> Iterator["SchemeKind"]:
+        """Yield kinds of steps of Euler's methods with these gyroscopic terms and rotations."""
         gyro = next((m for m in others if m.hypothesis.part == GYRO), None)
         without = tuple(m for m in others if m.hypothesis.part != GYRO)
         is_factor = gyro is not None and gyro.hypothesis.name != GYROSCOPIC_TERM_MISSING
         missing = self.schemes.gyroscopic_term_missing()
         in_wrong_frame = any(m.hypothesis.part == "frame" for m in others)
-        for kind in ("explicit",) if self._equal or is_factor else GYROSCOPIC:
+        for kind in ("explicit",) if self._equal or is_factor else gyroscopic:
             base = others if is_factor else without if kind != "none" else (*without, missing)
-            for explicit, (rotation, normalise_every) in product((False, True), ROTATIONS):
+            for explicit, (rotation, normalise_every) in product((False, True), rotations):
                 either_way = in_wrong_frame or (explicit and kind in STORED_EITHER_WAY)
                 for other_axes in (False, True) if either_way else (False,):
                     if not explicit or kind in OF_EXPLICIT:
                         own = Step(
                             kind, rotation, normalise_every=normalise_every, other_axes=other_axes, explicit=explicit
                         )
-                        yield SchemeKind((own,), base, self.schemes.step(own), 2)
-        for hypothesis in self._methods:
-            yield SchemeKind((hypothesis,), others, hypothesis, ORDERS.get(hypothesis.name, 1))
+                        yield SchemeKind((own, base), base, self.schemes.step(own), 2)
 
     def with_same_step(self, mistakes: Mistakes) -> Iterator[Mistakes]:
         """Yield programs with another scheme of the same step, with which events happen at the same instants."""
@@ -295,10 +324,13 @@ def first_values(hypothesis: Hypothesis, run: Run, every_value: bool = False) ->
         return values
     least, most = hypothesis.bounds
     if hypothesis.limits:
-        return [value for share in BELOW if least < (value := (1 - share) * run.fastest[hypothesis.limits])]
+        fastest = run.fastest[hypothesis.limits]
+        below = [*((1 - share) * fastest for share in BELOW), *run.reached[hypothesis.limits]]
+        return [value for value in below if least < value < fastest]
     if hypothesis.at_ticks and hypothesis.neutral is None:
         rows = (run.spacing * np.array(ROWS_LATE)).tolist()
-        times = {*np.linspace(0.0, run.until, TIMES + 2)[1:-1].tolist(), *rows}
+        rest = [run.rests_from - share * run.spacing for share in RESTED]
+        times = {*np.linspace(0.0, run.until, TIMES + 2)[1:-1].tolist(), *rows, *rest}
         return [value for value in sorted(times) if least <= value < min(most, run.until)]
     count = MOST_VALUES if hypothesis.neutral is None else MOST_IF_LINEAR
     if len(values) > count and not every_value:

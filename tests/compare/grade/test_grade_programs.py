@@ -40,7 +40,8 @@ HUNG = PLANK.partition("[[impulse]]")[0].replace("1.5", "1.0") + (
 )
 DROPPED = PLANK.partition("[[impulse]]")[0].replace("1.5", "0.8") + "[floor]\nstiffness = 2e3\ndamping = 15.0\n"
 DIE = PLANK.replace("[0.6, 0.3, 0.1]", "[0.5, 0.5, 0.5]")
-OWN = {"plank": PLANK, "hung": HUNG, "dropped": DROPPED, "die": DIE}
+DRAGGED = PLANK.partition("[[impulse]]")[0] + "[drag]\nlinear = 0.8\nangular = 0.03\n"
+OWN = {"dragged": DRAGGED, "plank": PLANK, "hung": HUNG, "dropped": DROPPED, "die": DIE}
 
 FULL, SIX, FOUR = repr, "{:.6g}".format, "{:.4f}".format
 
@@ -131,7 +132,74 @@ SINGLE = {
     "no tether": (smooth("hung", without="tether", form=SIX), "tether-missing", None),
     "no drag": (smooth("hung", without="drag", form=SIX), "drag-missing", None),
     "no floor": (smooth("dropped", without="floor", form=SIX), "floor-missing", None),
+    # --- coefficients and laws of the scene's forces
+    "half of the drag": (
+        smooth("dragged", linear_drag=0.5, form=SIX),
+        "linear-drag-wrong-magnitude: half",
+        (0.4999, 0.5001),
+    ),
+    "drag not divided by the mass": (
+        smooth("dragged", linear_drag=1.7, form=SIX),
+        "linear-drag-wrong-magnitude: not divided by the mass",
+        (1.6999, 1.7001),
+    ),
+    "drag, all of it": (
+        smooth("dragged", linear_drag=0.73, angular_drag=0.73, form=SIX),
+        "drag-wrong-magnitude: linear drag and angular drag",
+        (0.729, 0.731),
+    ),
+    "more angular drag": (
+        smooth("dragged", angular_drag=1.3, form=SIX),
+        "angular-drag-wrong-magnitude: or the inertia divided by that",
+        (1.299, 1.301),
+    ),
+    "no angular drag": (smooth("hung", angular_drag=0.0), "angular-drag-missing", None),
+    "quadratic drag": (smooth("dragged", drags="quadratic", form=SIX), "drag-quadratic", None),
+    "quadratic angular drag": (smooth("hung", drags="quadratic spin"), "angular-drag-quadratic", None),
+    "undivided angular drag": (
+        smooth("dragged", drags="undivided", form=SIX),
+        "angular-drag-not-divided-by-inertia",
+        None,
+    ),
+    "stiffer tether": (
+        smooth("hung", stiffness=1.23, form=SIX),
+        "tether-stiffness-wrong-magnitude",
+        (1.2299, 1.2301),
+    ),
+    "tether pushes": (smooth("hung", stiffness=-1.0, form=SIX), "tether-stiffness-reversed", None),
+    "no damper": (smooth("hung", damper=0.0, form=SIX), "tether-damping-missing", None),
+    "tether without torque": (smooth("hung", hangs="no torque", form=SIX), "tether-torque-missing", None),
+    "tether of a body that never turns": (
+        smooth("hung", hangs="no turn", form=SIX),
+        "tether-point-not-rotated",
+        None,
+    ),
+    "tether's lever never turns": (smooth("hung", hangs="still lever", form=SIX), "tether-lever-not-rotated", None),
+    "damper of the centre": (smooth("hung", hangs="centre's velocity", form=SIX), "tether-damps-centre", None),
+    "damper along the line": (smooth("hung", hangs="along the line", form=SIX), "tether-damper-direction", None),
+    "tether not divided by the mass": (
+        smooth("hung", hangs="undivided", form=SIX),
+        "tether-not-divided-by-mass",
+        None,
+    ),
+    "anchor at the origin": (smooth("hung", anchor=0.0, form=SIX), "tether-anchor-at-origin", None),
+    "tether at another vertex": (
+        smooth("hung", hangs="other vertex", form=SIX),
+        "tether-at-wrong-vertex: vertex 6",
+        None,
+    ),
+    "put to rest": (
+        smooth("dragged", rests=1.5, form=SIX),
+        "spin-threshold: below 1.5 rad/s",
+        None,
+    ),
     # --- rotation
+    "a moment of inertia": (
+        smooth("brick-tumble", until=2.0, moments=(1.0, 1.15, 1.0), form=SIX),
+        "wrong-moment-of-inertia-y",
+        (1.149, 1.151),
+    ),
+    "moments from the own edges": (smooth(own_edges=True, form=SIX), "inertia-of-own-edges", None),
     "no gyroscopic term": (smooth(gyroscopic="still in world"), "gyroscopic-term-missing", None),
     "no cross product": (
         smooth("dzhanibekov", until=4.0, dt=0.002, gyroscopic="still in body"),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tumble.compare.grade.measure.noise import white_noise_m
+from tumble.scenarios.frames import rotation_matrix
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.truth import truth
 
@@ -23,8 +24,27 @@ def flown(rows: int) -> tuple[np.ndarray, np.ndarray]:
 def test_noise_is_measured_whatever_the_motion(rows):
     times, vertices = flown(rows)
     noise = 1e-4 * np.random.default_rng(3).standard_normal(vertices.shape)
-    # Of N differences, each of 9 rows, the median is known to some 2/sqrt(N coordinates).
-    assert white_noise_m(times, vertices + noise, EVENTS) == pytest.approx(1e-4, rel=0.35)
+    # Of N differences, each of 5 rows, the median is known to some 2/sqrt(N coordinates).
+    assert white_noise_m(times, vertices + noise, EVENTS, are_independent=True) == pytest.approx(1e-4, rel=0.35)
+
+
+def test_noise_is_measured_by_the_centre_of_a_body_that_rotates_fast():
+    times = np.linspace(0.0, 1.0, 40)
+    turn = rotation_matrix(np.column_stack((np.cos(40 * times), 0 * times, 0 * times, np.sin(40 * times))))
+    places = times[:, None] * (1.0, 2.0, -3.0) + times[:, None] ** 2 * (0.0, -4.905, 0.0)
+    noise = 1e-4 * np.random.default_rng(4).standard_normal(places.shape)
+    corners = np.einsum("tij,kj->tki", turn, 0.3 * np.vstack((np.eye(3), -np.eye(3))))
+    vertices = (places + noise)[:, None] + corners
+    assert white_noise_m(times, vertices, np.empty(0)) == pytest.approx(1e-4, rel=0.35)
+    assert white_noise_m(times, places[:, None] + corners, np.empty(0)) < 1e-12
+
+
+def test_rounded_times_are_even():
+    times, vertices = flown(240)
+    noise = 1e-4 * np.random.default_rng(7).standard_normal((len(times), 1, 3))
+    rounded = times.round(3)
+    assert white_noise_m(rounded, vertices + noise, EVENTS) == 0.0
+    assert white_noise_m(rounded, vertices + noise, EVENTS, rounding_s=5e-4) == pytest.approx(1e-4, rel=0.35)
 
 
 def test_motion_alone_is_no_noise():
@@ -41,7 +61,8 @@ def test_rows_half_a_turn_apart_are_no_noise():
 def test_an_impulse_is_no_noise_and_hides_none():
     times, vertices = flown(200)
     noise = 1e-5 * np.random.default_rng(5).standard_normal(vertices.shape)
-    assert white_noise_m(times, vertices + noise, np.empty(0)) == pytest.approx(1e-5, rel=0.35)
+    found = white_noise_m(times, vertices + noise, np.empty(0), are_independent=True)
+    assert found == pytest.approx(1e-5, rel=0.35)
 
 
 def test_too_few_or_uneven_rows_show_none():

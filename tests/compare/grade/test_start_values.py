@@ -57,3 +57,28 @@ def test_the_value_is_what_the_first_row_has(name, place, value, tmp_path, capsy
         found = [row for row in csv.DictReader(file) if row["mistake"] == name]
     assert [(row["parameter"], row["unit"]) for row in found] == [("vector", "m" if place.start == 0 else "")]
     assert [float(number) for number in found[0]["value"].split()] == pytest.approx(value, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("line", "other", "named"),
+    [
+        (
+            "velocity = [0.4, 2.0, -0.7]",
+            (0.4 / 3.6, 2.0 / 3.6, -0.7 / 3.6),
+            "0.2778 times its value (m/s read as km/h)",
+        ),
+        (
+            "angular_velocity = [1.0, 2.0, -0.5]",
+            (2 * np.pi, 4 * np.pi, -np.pi),
+            "start angular velocity 6.283 times its value (rad/s read as turns/s)",
+        ),
+    ],
+)
+def test_a_start_in_another_unit_is_a_factor(line, other, named, tmp_path, capsys):
+    scene = tmp_path / "skewed.toml"
+    scene.write_text(SKEWED.replace("\n" + line, f"\n{line.partition('=')[0]}= {list(other)}"))
+    assert main(["run", str(scene), "-e", "tumble:exact", "-o", str(tmp_path / "a.csv")]) == 0
+    scene.write_text(SKEWED)
+    capsys.readouterr()
+    assert main(["grade", str(tmp_path / "a.csv"), "--scene", str(scene)]) == 0
+    assert named in " ".join(capsys.readouterr().out.split()).partition("Most likely cause")[2].partition(".csv")[0]

@@ -10,10 +10,11 @@ from tumble.compare.grade.hypotheses.mistakes.forces import forces
 from tumble.compare.grade.hypotheses.mistakes.impulses import impulses
 from tumble.compare.grade.hypotheses.mistakes.output import output
 from tumble.compare.grade.hypotheses.mistakes.rotation import rotation
+from tumble.compare.grade.hypotheses.mistakes.scene_forces import scene_forces
 from tumble.compare.grade.hypotheses.mistakes.start import start
 from tumble.compare.grade.hypotheses.mistakes.steps import steps
 
-PARTS = (start, impulses, forces, body_size, rotation, steps, clocks, output)
+PARTS = (start, impulses, scene_forces, forces, body_size, rotation, steps, clocks, output)
 
 
 def hypotheses(context: Context) -> list[Hypothesis]:

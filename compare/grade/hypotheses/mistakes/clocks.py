@@ -1,12 +1,13 @@
 """Mistakes with the clock: the logged time is not the time that the physics has reached."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import NEAR, TICKS, Context, Hypothesis, grid
-from tumble.compare.grade.hypotheses.names import BODY_NEVER_MOVES, CLOCK_OFFSET, CLOCK_RATE
+from tumble.compare.grade.hypotheses.names import BODY_NEVER_MOVES, CLOCK_OFFSET, CLOCK_RATE, LOG_LAG
 from tumble.compare.grade.model.kernel.reading import EXTRAPOLATED, LINEAR, SLERP
 from tumble.compare.grade.model.program_model import ProgramModel
 
@@ -45,16 +46,32 @@ def clocks(context: Context) -> Iterator[Hypothesis]:
         unit="s",
         neutral=0.0,
     )
+    if any(impulse.time > 0 for impulse in context.program.impulses):
+        yield Hypothesis(
+            LOG_LAG,
+            "clock offset",
+            "the body moves from t = {} s on, though impulses act at their times",
+            _asleep,
+            tuple(np.linspace(0.0, reach, half + 1).tolist()),
+            named_values={context.spacing_s: "one row"},
+            unit="s",
+            neutral=0.0,
+        )
     half = int(np.clip(np.log(FASTEST) * context.duration / (TURN * context.turn_s), 10, 40))
-    yield Hypothesis(
-        CLOCK_RATE,
-        "clock rate",
-        "physics {} times as fast as the logged clock",
-        _faster,
-        (*(1 / rate for rate in reversed(FASTER)), *grid(1 / FASTEST, FASTEST, 2 * half), *FASTER),
-        named_values={0.5: "half", 2.0: "double"} | dict.fromkeys((*FASTER, *(1 / rate for rate in FASTER)), ""),
-        neutral=1.0,
-    )
+    kinds = [("", _faster)]
+    if any(impulse.time > 0 for impulse in context.program.impulses):
+        kinds.append((", by which impulses act", _faster_but_for_impulses))
+    for which, change in kinds:
+        yield Hypothesis(
+            CLOCK_RATE,
+            "clock rate",
+            f"physics {{}} times as fast as the logged clock{which}",
+            change,
+            (*(1 / rate for rate in reversed(FASTER)), *grid(1 / FASTEST, FASTEST, 10 if which else 2 * half), *FASTER),
+            named_values={0.5: "half", 2.0: "double"} | dict.fromkeys((*FASTER, *(1 / rate for rate in FASTER)), ""),
+            variant=bool(which),
+            neutral=1.0,
+        )
     yield from _ticks(context)
     yield from _stops(context)
 
@@ -137,6 +154,18 @@ def _faster(program: ProgramModel, rate: float) -> ProgramModel:
     """Return a program whose clock is slow: its steps are a part of its own time from row to row."""
     scheme = program.scheme._replace(step=rate * program.scheme.step)
     return _clocked(program, rate=rate).but(scheme=scheme, tick=rate * program.tick)
+
+
+def _asleep(program: ProgramModel, late: float) -> ProgramModel:
+    """Return a program whose body does not move at first."""
+    impulses = tuple(replace(each, time=max(each.time - late, 0.0)) for each in program.impulses)
+    return _clocked(program, offset=-late).but(impulses=impulses)
+
+
+def _faster_but_for_impulses(program: ProgramModel, rate: float) -> ProgramModel:
+    """Return such a program whose impulses act when the logged clock shows their times."""
+    moved = tuple(replace(impulse, time=rate * impulse.time) for impulse in program.impulses)
+    return _faster(program, rate).but(impulses=moved)
 
 
 def _clocked(program: ProgramModel, **changes: float) -> ProgramModel:

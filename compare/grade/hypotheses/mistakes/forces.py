@@ -1,14 +1,22 @@
-"""Mistakes with permanent forces: gravity, damping that the scene does not have, a missing force."""
+"""Mistakes with gravity, and damping, limits and floors that the scene does not have."""
 
 from collections.abc import Iterator
+from itertools import product
 
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import STEPS, Context, Hypothesis, choice, grid
 from tumble.compare.grade.hypotheses.names import GRAVITY_DELAYED, PYBULLET_DAMPING, SPIN_CAP
-from tumble.compare.grade.model.kernel.dynamics import AS_FORCE
-from tumble.compare.grade.model.program_model import ProgramModel, without_strength
-from tumble.scenarios.forces import GRAVITY, acting
+from tumble.compare.grade.model.kernel.dynamics import (
+    AS_FORCE,
+    CAP_BEFORE,
+    CAP_FORCED,
+    CAP_MOVED,
+    FLOOR_AFTER,
+    FLOOR_BEFORE,
+)
+from tumble.compare.grade.model.program_model import ProgramModel
+from tumble.scenarios.scene import Scene
 
 STANDARD = 9.81  # m/s2
 SIZES = {9.8: "9.8 m/s2", 9.80665: "9.80665 m/s2", 10.0: "10 m/s2"}
@@ -19,10 +27,26 @@ DIRECTIONS = tuple(sign * axis for axis in np.eye(3) for sign in (1.0, -1.0))
 # Default rates of engines [1/s].
 RATES = {0.01: "", 0.04: "", 0.05: "", 0.1: "", 0.5: "", 1.0: ""}
 BULLET = 0.04
-# Weight that damping along one axis alone costs.
+# Weight that damping costs beside drag of the scene.
+LESS_LIKELY = 8.0
+# Weight that damping along one axis alone costs, and a limit of each component.
 UNLIKELY = 15.0
+# That of a limit, which is rarer than a wrong start or a wrong size: where it holds from the first row to the last, it
+# is as good as one of these.
+SELDOM = 5.0
 # Coefficients of Dynamics.damping that it sets.
 BULLET_KINDS = (0, 1, 2, 3)
+# Columns of rows of the kernel.
+VELOCITY, SPIN = slice(12, 15), slice(15, 18)
+# Where a program in steps limits velocities, and a height; the first is what a continuous run does.
+CAP_PLACES = {
+    CAP_FORCED: "",
+    CAP_MOVED: ", after a step has moved the body",
+    CAP_BEFORE: ", before the forces of a step",
+}
+FLOOR_PLACES = {FLOOR_AFTER: "", FLOOR_BEFORE: ", after the row is written"}
+# Shares of the velocity that a bounce leaves.
+BOUNCES = (0.1, 0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 # Default limits of engines [rad/s, m/s].
 SPIN_CAPS = {7.0: "Unity's", 47.12: "Rapier's and Jolt's at 60 Hz", 100.0: "PhysX's"}
 SPEED_CAPS = {100.0: "", 400.0: "", 500.0: "Jolt's"}
@@ -33,9 +57,10 @@ def forces(context: Context) -> Iterator[Hypothesis]:
     yield from _gravity(context)
     yield from _damping(context)
     yield from _drag(context)
+    yield from _other_drag(context)
     yield from _brakes(context)
     yield from _caps(context)
-    yield from _left_out(context)
+    yield from _floors(context)
 
 
 def _gravity(context: Context) -> Iterator[Hypothesis]:
@@ -87,6 +112,13 @@ def _gravity(context: Context) -> Iterator[Hypothesis]:
         named_values={other / size: name for other, name in SIZES.items() if other != size},
         neutral=1.0,
     )
+    yield Hypothesis(
+        "gravity-in-body-axes",
+        "gravity",
+        "gravity in body axes: it rotates with the body",
+        lambda program, _: program.but(gravity_in_body=True),
+        rare=True,
+    )
     yield _gravity_delayed(context)
 
 
@@ -113,16 +145,43 @@ def damping_rates(duration: float, most: float = 4.0) -> tuple[float, ...]:
     return grid(1e-3 / duration, most / duration, 11)
 
 
+def is_dragged(scene: Scene, kind: str) -> bool:
+    """Return whether the scene has linear or angular drag itself."""
+    return scene.drag is not None and bool(getattr(scene.drag, kind, False))
+
+
+def beside_drag(scene: Scene, kind: str) -> str:
+    """Return what the text of damping ends with if the scene has drag of that kind itself."""
+    return ", in addition to the scene's drag" if is_dragged(scene, kind) else ""
+
+
 def _damping(context: Context) -> Iterator[Hypothesis]:
-    """Yield damping as a force; `scheme_hypotheses` has it at other places of a step."""
+    """Yield damping as a force; `scheme_hypotheses` has it at other places of a step.
+
+    As a force it may be the same as another coefficient of the scene's drag, which is likelier.
+    """
     for kind, what, place in (("linear", "velocity", 0), ("angular", "angular velocity", 2)):
         yield Hypothesis(
             f"{kind}-damping",
             f"{kind} damping",
-            f"{kind} damping: {what} decays at {{}} /s",
+            f"{kind} damping: {what} decays at {{}} /s{beside_drag(context.scene, kind)}",
             lambda program, rate, place=place: damped(program, {place: rate}, AS_FORCE),
             damping_rates(context.duration),
             named_values=RATES,
+            unit="1/s",
+            neutral=0.0,
+            unlikely=LESS_LIKELY if is_dragged(context.scene, kind) else 0.0,
+        )
+        if is_dragged(context.scene, kind):
+            continue  # less drag
+        yield Hypothesis(
+            f"{kind}-damping-reversed",
+            f"{kind} damping",
+            f"{kind} damping with the wrong sign: {what} grows at {{}} /s",
+            lambda program, rate, place=place: damped(program, {place: -rate}, AS_FORCE),
+            damping_rates(context.duration),
+            named_values=RATES,
+            rare=True,
             unit="1/s",
             neutral=0.0,
         )
@@ -148,8 +207,9 @@ def _drag(context: Context) -> Iterator[Hypothesis]:
         ("quadratic-angular-drag", "angular damping", "quadratic angular drag: alpha = -{} |w| w", 3, "1", 1.0),
         ("drag-torque", "angular damping", "drag torque of -{} N m s times w", 4, "N m s", moment),
     ):
-        if name == "drag-torque" and float(np.ptp(context.program.moments)) == 0:
-            continue  # of equal moments it is angular damping
+        is_equal = float(np.ptp(context.program.moments)) == 0
+        if name == "drag-torque" and (is_equal or is_dragged(context.scene, "angular")):
+            continue  # of equal moments it is angular damping, and beside the scene's angular drag more of it
         yield Hypothesis(
             name,
             part,
@@ -160,6 +220,44 @@ def _drag(context: Context) -> Iterator[Hypothesis]:
             unit=unit,
             neutral=0.0,
         )
+
+
+def _other_drag(context: Context) -> Iterator[Hypothesis]:
+    """Yield drag by another power of the speed, or of each component by itself."""
+    program = context.program
+    rows = program.simulate(np.linspace(0.0, context.duration, PROBES))
+    fast, fast_spin = (float(np.linalg.norm(rows[:, columns], axis=1).max()) for columns in (VELOCITY, SPIN))
+    rates = np.array(grid(1e-3 / context.duration, 4 / context.duration, 9))
+    for number, (name, part, text, unit, size) in enumerate(
+        (
+            ("dry-friction", "linear damping", "dry friction: a = -{} m/s2 v/|v|", "m/s2", fast),
+            ("cubic-drag", "linear damping", "cubic drag: a = -{} s/m2 |v|^2 v", "s/m2", fast and 1 / fast**2),
+            (
+                "quadratic-drag-by-component",
+                "linear damping",
+                "quadratic drag of each component by itself: ax = -{} /m |vx| vx, and so for y and z",
+                "1/m",
+                fast and 1 / fast,
+            ),
+            ("dry-angular-friction", "angular damping", "dry friction: alpha = -{} rad/s2 w/|w|", "rad/s2", fast_spin),
+        )
+    ):
+        if size:
+            yield Hypothesis(
+                name,
+                part,
+                text,
+                lambda program, rate, number=number: _dragged(program, number, rate),
+                tuple((size * rates).tolist()),
+                rare=True,
+                unit=unit,
+                neutral=0.0,
+            )
+
+
+def _dragged(program: ProgramModel, number: int, rate: float) -> ProgramModel:
+    c0, c1, c2, c3 = (rate if place == number else old for place, old in enumerate(program.drag))
+    return program.but(drag=(c0, c1, c2, c3))
 
 
 def _brakes(context: Context) -> Iterator[Hypothesis]:
@@ -194,39 +292,68 @@ def _braked(program: ProgramModel, kind: int, axis: int, rate: float) -> Program
 
 
 def _caps(context: Context) -> Iterator[Hypothesis]:
-    """Yield limits of the speeds that are reached."""
+    """Yield limits of the speeds that are reached, of their size or of each component.
+
+    A program in steps limits them after the forces, before these, or after it has moved the body.
+    """
     program = context.program
     rows = program.simulate(np.linspace(0.0, context.duration, PROBES))
-    for name, text, place, columns, named_values in (
-        (SPIN_CAP, "angular velocity limited to {} rad/s", 1, slice(15, 18), SPIN_CAPS),
-        ("speed-cap", "velocity limited to {} m/s", 0, slice(12, 15), SPEED_CAPS),
+    for (name, what, place, columns, named_values), (each, of, field) in product(
+        (
+            (SPIN_CAP, "angular velocity", 1, SPIN, SPIN_CAPS),
+            ("speed-cap", "velocity", 0, VELOCITY, SPEED_CAPS),
+        ),
+        (("", "", "caps"), ("-of-components", "each component of the ", "component_caps")),
     ):
         fastest = float(np.linalg.norm(rows[:, columns], axis=1).max())
-        if fastest > 0:
+        for cap_place, where in CAP_PLACES.items() if fastest > 0 else ():
             yield Hypothesis(
-                name,
+                name + each,
                 name.replace("-", " "),
-                text,
-                lambda program, cap, place=place: program.but(
-                    caps=(program.caps[0], cap) if place else (cap, program.caps[1])
+                f"{of}{what} limited to {{}} {'rad/s' if place else 'm/s'}{where}",
+                lambda program, cap, place=place, field=field, cap_place=cap_place: program.but(
+                    **{field: _with_cap(getattr(program, field), place, cap)}, cap_place=cap_place
                 ),
                 tuple(np.linspace(0.05, 1.0, 12) * fastest),
                 named_values={cap: name for cap, name in named_values.items() if cap < fastest},
                 rare=True,
                 unit="rad/s" if place else "m/s",
+                variant=bool(where),
+                unlikely=UNLIKELY if each else SELDOM,
+                needs_steps=bool(where),
                 limits="spin" if place else "velocity",
             )
 
 
-def _left_out(context: Context) -> Iterator[Hypothesis]:
-    """Yield that a force of the scene is missing; it keeps no strength, so that no kernel is compiled for it."""
-    for law in acting(context.scene):
-        if law is GRAVITY:
-            continue
-        rest = without_strength(law, context.scene)
-        yield Hypothesis(
-            f"{law.name.replace(' ', '-')}-missing",
-            law.name,
-            f"{law.name} missing",
-            lambda program, _, part=law.part, rest=rest: program.but(forces=program.forces._replace(**{part: rest})),
-        )
+def _with_cap(caps: tuple[float, float], place: int, cap: float) -> tuple[float, float]:
+    return (caps[0], cap) if place else (cap, caps[1])
+
+
+def _floors(context: Context) -> Iterator[Hypothesis]:
+    """Yield that the centre is at no negative height, if it would be."""
+    program = context.program
+    size = float(np.linalg.norm(program.gravity))
+    if not size or not context.has_centre:
+        return
+    up = -program.gravity / size
+    x = program.simulate(np.linspace(0.0, context.duration, PROBES))[:, 0:3]
+    if (x @ up).min() >= 0:
+        return
+    for floor_place, where in FLOOR_PLACES.items():
+        for name, text, shares in (
+            ("floor-at-zero", "the centre stopped by a floor at height 0, which the scene does not have", ()),
+            ("bounce-at-zero", "the centre bounces at height 0: {} times the velocity, reversed", BOUNCES),
+        ):
+            yield Hypothesis(
+                name,
+                "floor at zero",
+                text + where,
+                lambda program, share, floor_place=floor_place: program.but(
+                    up=tuple(up.tolist()), bounce=share, floor_place=floor_place
+                ),
+                shares,
+                rare=True,
+                unit="1" if shares else "",
+                variant=bool(where),
+                needs_steps=bool(where),
+            )

@@ -1,6 +1,6 @@
 """Mistakes with impulses, all of them or one of several: duration, lever, strength, time."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -10,11 +10,18 @@ from tumble.compare.grade.hypotheses.hypothesis import STEPS, Context, Hypothesi
 from tumble.compare.grade.hypotheses.names import IMPULSE_OVER_ONE_STEP
 from tumble.compare.grade.model.kernel.dynamics import (
     AS_AT_THE_START,
+    AXES_OF_BODY,
+    AXES_TURNED_BACK,
+    MULTIPLIED,
     NOT_TURNED,
+    OVER_MASS,
+    OVER_MEAN,
     POINT_MOVES,
     POINT_STAYS,
+    RESPONSE_UNTURNED,
     TORQUE_STAYS,
     TORQUE_UNTURNED,
+    UNDIVIDED,
 )
 from tumble.compare.grade.model.program_model import FINE, ProgramModel
 from tumble.scenarios.frames import Array, rotation_matrix
@@ -54,6 +61,7 @@ def impulses(context: Context) -> Iterator[Hypothesis]:
         yield from _lasting(context)
         yield from _levers(context)
         yield from _strengths(context)
+        yield from _times(context)
         for number, impulse in enumerate(context.program.impulses):
             yield from _one_impulse(context, number, impulse)
     elif context.program.start[7:10].any():
@@ -136,22 +144,31 @@ def _levers(context: Context) -> Iterator[Hypothesis]:
         lambda program, _: _applied(program, moves=0.0),
         rare=True,
     )
+    yield from _responses()
     yield Hypothesis(
-        "impulse-torque-in-body-axes",
-        "lever",
-        "torque of the impulse taken in body axes: I^-1 (r x J) without a rotation",
-        lambda program, _: program.but(impulse_tensor=TORQUE_UNTURNED),
+        "impulse-sets-velocity",
+        "added impulse",
+        "impulse sets the velocity and the angular velocity, instead of being added to them",
+        lambda program, _: _applied(program, sets=True),
         rare=True,
     )
     if any(_differs_in_body_axes(impulse, program) for impulse in program.impulses):
         name, text = IN_BODY_AXES
-        yield Hypothesis(
-            f"impulse-{name}",
-            "strength",
-            text.format("impulse"),
-            lambda program, _: _applied(program, in_body_axes=True),
-            rare=True,
-        )
+        for name_of_all, text_of_all, axes in (
+            (f"impulse-{name}", text.format("impulse"), AXES_OF_BODY),
+            (
+                "impulse-rotated-to-body-axes",
+                "impulse rotated to body axes, R^T J, but used in world axes",
+                AXES_TURNED_BACK,
+            ),
+        ):
+            yield Hypothesis(
+                name_of_all,
+                "strength",
+                text_of_all,
+                lambda program, _, axes=axes: _applied(program, axes=axes),
+                rare=True,
+            )
     if program.impulses[-1].time > 0:
         yield Hypothesis(
             "impulse-lever-from-start-position",
@@ -169,6 +186,56 @@ def _levers(context: Context) -> Iterator[Hypothesis]:
             lambda program, number: _all_moved_to(program, points[others[int(number)]]),
             choice(len(others)),
             tuple(f"vertex {number}" for number in others),
+        )
+
+
+def _responses() -> Iterator[Hypothesis]:
+    """Yield that the torque of an impulse, or its effect, is in other axes, or not divided by the inertia."""
+    for name, text, tensor, how in (
+        (
+            "impulse-torque-in-body-axes",
+            "torque of the impulse taken in body axes: I^-1 (r x J) without a rotation",
+            TORQUE_UNTURNED,
+            {},
+        ),
+        (
+            "impulse-torque-of-mixed-axes",
+            "torque of the impulse computed from its point in body axes and the impulse in world axes: R I^-1 (r x J)",
+            TORQUE_UNTURNED,
+            {"lever_axes": NOT_TURNED},
+        ),
+        (
+            "impulse-spin-in-body-axes",
+            "change of the angular velocity by the impulse in body axes, I^-1 R^T (r x J), added to w in world axes",
+            RESPONSE_UNTURNED,
+            {},
+        ),
+        (
+            "impulse-not-divided-by-inertia",
+            "torque of the impulse not divided by the inertia: w += r x J",
+            UNDIVIDED,
+            {},
+        ),
+        (
+            "impulse-multiplied-by-inertia",
+            "torque of the impulse multiplied by the inertia instead of divided: w += R I R^T (r x J)",
+            MULTIPLIED,
+            {},
+        ),
+        ("impulse-divided-by-mass", "torque of the impulse divided by the mass: w += r x J/m", OVER_MASS, {}),
+        (
+            "impulse-of-spherical-inertia",
+            "torque of the impulse divided by the mean moment of inertia, that of a sphere",
+            OVER_MEAN,
+            {},
+        ),
+    ):
+        yield Hypothesis(
+            name,
+            "lever",
+            text,
+            lambda program, _, tensor=tensor, how=how: _applied(program, **how).but(impulse_tensor=tensor),
+            rare=True,
         )
 
 
@@ -237,6 +304,33 @@ def _strengths(context: Context) -> Iterator[Hypothesis]:
     )
 
 
+def _times(context: Context) -> Iterator[Hypothesis]:
+    """Yield that all of several impulses are late, and that all act twice."""
+    impulses, spacing = context.program.impulses, context.spacing_s
+    late = (*(spacing * part for part in (0.25, 0.5, 1.0, 2.0, 3.0)), 0.05 * context.duration)
+    kinds = [("impulses-repeated", "added impulse", "each impulse acts again {} s later", impulses)]
+    if len(impulses) > 1:
+        kinds.append(("impulses-late", "impulse time", "all impulses act {} s late", ()))
+    for name, part, text, kept in kinds:
+        yield Hypothesis(
+            name,
+            part,
+            text,
+            lambda program, seconds, kept=kept: program.but(
+                impulses=_in_order((*kept, *(replace(each, time=each.time + seconds) for each in program.impulses)))
+            ),
+            late,
+            named_values={spacing: "one row"} | {step: used for step, used in STEPS.items() if step < late[-1]},
+            rare=True,
+            unit="s",
+            at_ticks=True,
+        )
+
+
+def _in_order(impulses: Iterable[Impulse]) -> tuple[Impulse, ...]:
+    return tuple(sorted(impulses, key=lambda impulse: impulse.time))
+
+
 def _one_impulse(context: Context, number: int, impulse: Impulse) -> Iterator[Hypothesis]:
     """Yield mistakes with one of the impulses."""
     several = len(context.program.impulses) > 1
@@ -253,6 +347,16 @@ def _one_impulse(context: Context, number: int, impulse: Impulse) -> Iterator[Hy
         unit="s",
         at_ticks=True,
         neutral=0.0,
+    )
+    signs = [axis for axis in range(3) if impulse.value[axis] != 0.0]
+    yield Hypothesis(
+        "impulse-component-reversed",
+        "one impulse",
+        f"{which} with the {{}} component reversed",
+        lambda program, axis: _changed(program, number, value=impulse.value * (1 - 2 * np.eye(3)[signs[int(axis)]])),
+        choice(len(signs)),
+        tuple("xyz"[axis] for axis in signs),
+        rare=True,
     )
     if not several:
         return
@@ -347,4 +451,4 @@ def _changed(
     old = impulses[number]
     new = replace(old, time=old.time + late, value=factor * (old.value if value is None else value))
     impulses[number] = new if point is None else replace(new, point_world=None, point_body=point)
-    return program.but(impulses=tuple(sorted(impulses, key=lambda impulse: impulse.time)))
+    return program.but(impulses=_in_order(impulses))

@@ -6,6 +6,7 @@ from itertools import permutations, product
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice, grid
+from tumble.compare.grade.hypotheses.mistakes.scene_forces import turns_by_drag_only
 from tumble.compare.grade.hypotheses.names import GYROSCOPIC_TERM_MISSING
 from tumble.compare.grade.model.kernel.dynamics import (
     FROZEN,
@@ -14,15 +15,22 @@ from tumble.compare.grade.model.kernel.dynamics import (
     MIXED_BODY,
     MIXED_WORLD,
     MOMENTUM,
+    MULTIPLIED,
     NEVER_TURNED,
+    RESPONSE_UNTURNED,
+    TURNED,
     TURNED_BACK,
+    UNDIVIDED,
 )
 from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.scenarios.frames import quaternion_product, rotation_matrix
+from tumble.solver.forces import gives_torque
 
 DEGREE = np.pi / 180
 # An inertia larger or smaller than this factor is rare.
 FAR = 31.6
+# Factors on one moment that are tried.
+MOMENTS = (0.5, 0.7, 0.85, 1.15, 1.4, 2.0)
 # Weight that it costs to assume a sphere: without impulses it moves as without the gyroscopic term, which is left out
 # by many.
 UNUSUAL = 8.0
@@ -32,7 +40,12 @@ def rotation(context: Context) -> Iterator[Hypothesis]:
     """Yield mistakes with the rotation of the body."""
     program = context.program
     if program.impulses:
-        yield from _inertia_size()
+        yield from _inertia_size(program.mass, grid(1 / FAR, FAR, 31))
+        # Large factors are tried alone and added to others only: a body that spins 1000 times as fast is slow to
+        # simulate.
+        yield from _inertia_size(program.mass, (*grid(1e-3, 1 / FAR, 16), *grid(FAR, 1e3, 16)), is_far=True)
+    elif gives_torque(program.forces, turning=True) and not turns_by_drag_only(context):
+        yield from _inertia_size(program.mass, grid(0.1, 10.0, 9))
     if np.ptp(program.moments) > 0:
         yield from _unequal_moments(context)
     yield from _frames(context)
@@ -41,22 +54,20 @@ def rotation(context: Context) -> Iterator[Hypothesis]:
         yield from _start_spin(program)
 
 
-def _inertia_size() -> Iterator[Hypothesis]:
-    """Yield a scaled inertia, which shows only with impulses: free rotation does not depend on it."""
-    # Large factors are tried alone and added to others only: a body that spins 1000 times as fast is slow to simulate.
-    far = (*grid(1e-3, 1 / FAR, 16), *grid(FAR, 1e3, 16))
-    for values, is_far in ((grid(1 / FAR, FAR, 31), False), (far, True)):
-        yield Hypothesis(
-            "wrong-inertia",
-            "inertia size",
-            "inertia {} times its value",
-            lambda program, factor: program.but(moments=factor * program.moments),
-            values,
-            named_values={} if is_far else {0.25: "half edges used as edges", 4.0: "edges used as half edges"},
-            rare=is_far,
-            variant=is_far,
-            neutral=None if is_far else 1.0,
-        )
+def _inertia_size(mass: float, factors: tuple[float, ...], is_far: bool = False) -> Iterator[Hypothesis]:
+    """Yield a scaled inertia, which shows only with impulses and torques: free rotation does not depend on it."""
+    of_mass = {1 / mass: "mass left out", mass: "mass twice"} if mass != 1 else {}
+    yield Hypothesis(
+        "wrong-inertia",
+        "inertia size",
+        "inertia {} times its value",
+        lambda program, factor: program.but(moments=factor * program.moments),
+        factors,
+        named_values={} if is_far else of_mass | {0.25: "half edges used as edges", 4.0: "edges used as half edges"},
+        rare=is_far,
+        variant=is_far,
+        neutral=None if is_far else 1.0,
+    )
 
 
 def _attitude_rate() -> Iterator[Hypothesis]:
@@ -68,6 +79,7 @@ def _attitude_rate() -> Iterator[Hypothesis]:
         (
             ("quaternion-rate-doubled", "attitude rotated twice as fast: q' = w q without the factor 1/2", 2.0),
             ("quaternion-rate-halved", "attitude rotated half as fast: q' = w q / 4", 0.5),
+            ("quaternion-rate-reversed", "attitude rotated the other way: q' = -w q / 2", -1.0),
         ),
         (("", False), (" (angular momentum stored)", True)),
     ):
@@ -119,6 +131,24 @@ def _unequal_moments(context: Context) -> Iterator[Hypothesis]:
         choice(len(orders)),
         tuple(" ".join("xyz"[axis] for axis in order) for order in orders),
     )
+    for axis, name in enumerate("xyz"):
+        yield Hypothesis(
+            f"wrong-moment-of-inertia-{name}",
+            "inertia",
+            f"moment of inertia about the body's {name} {{}} times its value",
+            lambda program, factor, axis=axis: program.but(moments=program.moments * factor ** np.eye(3)[axis]),
+            MOMENTS,
+            named_values={0.5: "half", 2.0: "double"},
+            neutral=1.0,
+        )
+    if (edges := context.scene.body.size) is not None:
+        own = context.scene.body.mass / 6 * np.square(edges)
+        yield Hypothesis(
+            "inertia-of-own-edges",
+            "inertia",
+            "each moment of inertia from the edge along its axis: m/12 (2 s^2) instead of from the two others",
+            lambda program, _: program.but(moments=own * (program.moments / moments)),
+        )
     for name, text, tensor in (
         (
             "inertia-never-rotated",
@@ -132,9 +162,10 @@ def _unequal_moments(context: Context) -> Iterator[Hypothesis]:
             name,
             "inertia axes",
             text,
-            lambda program, _, tensor=tensor: program.but(tensor=tensor, impulse_tensor=tensor),
+            lambda program, _, tensor=tensor: program.but(tensor=tensor, inverse_tensor=tensor, impulse_tensor=tensor),
             rare=True,
         )
+    yield from _gyroscopic_tensors(program)
     if program.impulses:
         for name, text, tensor in (
             ("impulse-inertia-not-rotated", "not rotated with the body", NEVER_TURNED),
@@ -162,6 +193,57 @@ def _unequal_moments(context: Context) -> Iterator[Hypothesis]:
         "gyroscopic term has the wrong sign",
         lambda program, _: program.but(gyroscopic=-1.0),
     )
+
+
+def _gyroscopic_tensors(program: ProgramModel) -> Iterator[Hypothesis]:
+    """Yield other tensors in Euler's equations alone, and different ones in the torque and in what it is divided by."""
+    of_both = (
+        ("gyroscopic-inertia-not-rotated", "never rotated with the body", NEVER_TURNED),
+        ("gyroscopic-inertia-frozen-at-start", "as at the start", FROZEN),
+        ("gyroscopic-inertia-rotated-inversely", "rotated inversely, R^T I R,", TURNED_BACK),
+    )
+    for name, text, tensor in of_both if program.impulses else ():
+        yield Hypothesis(
+            name,
+            "inertia axes",
+            f"inertia tensor {text} in the gyroscopic term, w' = -I^-1 (w x I w), but not for an impulse",
+            lambda program, _, tensor=tensor: program.but(tensor=tensor, inverse_tensor=tensor),
+            rare=True,
+        )
+    for name, text, tensor, inverse in (
+        ("momentum-inertia-not-rotated", "L = I w with the tensor in body axes, w in world axes", NEVER_TURNED, TURNED),
+        (
+            "gyroscopic-torque-divided-in-wrong-axes",
+            "gyroscopic torque in world axes divided by the tensor in body axes",
+            TURNED,
+            NEVER_TURNED,
+        ),
+        (
+            "gyroscopic-rate-in-body-axes",
+            "gyroscopic rate I^-1 (L x w) in body axes added to w in world axes",
+            TURNED,
+            RESPONSE_UNTURNED,
+        ),
+        (
+            "gyroscopic-torque-not-divided",
+            "gyroscopic torque not divided by the inertia: w' = -w x L",
+            TURNED,
+            UNDIVIDED,
+        ),
+        (
+            "gyroscopic-torque-multiplied",
+            "gyroscopic torque multiplied by the inertia instead of divided: w' = -I (w x L)",
+            TURNED,
+            MULTIPLIED,
+        ),
+    ):
+        yield Hypothesis(
+            name,
+            "inertia axes",
+            text,
+            lambda program, _, tensor=tensor, inverse=inverse: program.but(tensor=tensor, inverse_tensor=inverse),
+            rare=True,
+        )
 
 
 def gyroscopic_term_missing() -> Hypothesis:

@@ -10,6 +10,24 @@ from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
 
 POSITION, ATTITUDE, VELOCITY, SPIN = slice(0, 3), slice(3, 7), slice(7, 10), slice(10, 13)
+# What becomes of a speed, and of an angular velocity, whose unit is mistaken or that is converted.
+SPEED_UNITS = {
+    1 / 3.6: "m/s read as km/h",
+    3.6: "converted to km/h",
+    0.3048: "m/s read as ft/s",
+    1 / 0.3048: "converted to ft/s",
+    0.5: "half",
+    2.0: "double",
+}
+TURN = 2 * np.pi
+SPIN_UNITS = {
+    TURN: "rad/s read as turns/s",
+    1 / TURN: "converted to turns/s",
+    TURN / 60: "rad/s read as turns/min",
+    60 / TURN: "converted to turns/min",
+    0.5: "half",
+    2.0: "double",
+}
 INVERSE = np.array([1.0, -1.0, -1.0, -1.0])
 
 
@@ -72,7 +90,28 @@ def start(context: Context) -> Iterator[Hypothesis]:
             scale=float(np.linalg.norm(velocity)) + size / context.duration,
             vague=True,
         )
+    yield from _in_other_units(program)
     yield from _in_other_axes(program)
+
+
+def _in_other_units(program: ProgramModel) -> Iterator[Hypothesis]:
+    """Yield a start velocity and a start angular velocity in another unit."""
+    for name, part, what, place, units in (
+        ("start-velocity-in-wrong-unit", "start velocity", "start velocity", VELOCITY, SPEED_UNITS),
+        ("start-spin-in-wrong-unit", "spin", "start angular velocity", SPIN, SPIN_UNITS),
+    ):
+        value = program.start[place]
+        if value.any():
+            yield Hypothesis(
+                name,
+                part,
+                f"{what} {{}} times its value",
+                lambda program, factor, place=place, value=value: _set(place, factor * value)(program, 0.0),
+                tuple(units),
+                named_values=units,
+                only_named=True,  # another factor explains a part of what many schemes do
+                rare=True,
+            )
 
 
 def _in_other_axes(program: ProgramModel) -> Iterator[Hypothesis]:

@@ -33,6 +33,8 @@ from tumble.compare.grade.model.program_model import ProgramModel
 MOST_STEPS, MOST_KNOWN_STEPS = 5_000, 10_000
 # Number of first values, and the ratio of the longest to the shortest.
 TRIED, RANGE = 7, 200
+# Weight that a velocity in body axes costs that is never corrected: with other mistakes it explains any few rows.
+UNLIKELY = 15.0
 RARELY = (2, 3, 4, 5, 8, 10, 16, 20, 25, 30, 32, 50, 60, 64, 100, 120, 128, 240, 500, 1000)
 METHODS = {
     "runge-kutta-4": ("Runge-Kutta of order 4", ORDER_4, 0.0), "midpoint": ("midpoint method", ORDER_2, 1.0),
@@ -76,21 +78,29 @@ def steps(context: Context) -> Iterator[Hypothesis]:
         if hypothesis.named_values:
             values = tuple(sorted(hypothesis.named_values))
             yield replace(hypothesis, rare=True, values=values, only_named=True, unlikely=unlikely)
-    yield Hypothesis(
-        "quaternion-rarely-normalised",
-        "normalisation",
-        "quaternion normalised only every {} steps",
-        lambda program, number: program.but(scheme=program.scheme._replace(normalise_every=RARELY[int(number)])),
-        choice(len(RARELY)),
-        tuple(map(str, RARELY)),
-        rare=True,
-    )
+    for is_unit_used, where in ((False, ""), (True, ", and where an impulse acts"))[
+        : 1 + bool(context.program.impulses)
+    ]:
+        yield Hypothesis(
+            "quaternion-rarely-normalised",
+            "normalisation",
+            f"quaternion normalised only every {{}} steps{where}",
+            lambda program, number, is_unit_used=is_unit_used: program.but(
+                scheme=program.scheme._replace(normalise_every=RARELY[int(number)], is_unit_used=is_unit_used)
+            ),
+            choice(len(RARELY)),
+            tuple(map(str, RARELY)),
+            rare=True,
+            variant=is_unit_used,
+            needs_steps=True,
+        )
     yield Hypothesis(
         SPIN_RECOVERED,
         "stored spin",
         "angular velocity taken from the attitudes before and after a step, 2 Im(q' q*)/dt",
         lambda program, _: program.but(scheme=program.scheme._replace(recovers=True)),
         rare=True,
+        needs_steps=True,
     )
     yield from _position_updates(context)
     yield from velocity_axes(context)
@@ -138,6 +148,14 @@ def velocity_axes(context: Context) -> Iterator[Hypothesis]:
     if still and not context.program.impulses:
         return
     yield from map(velocity_in_body_axes, (ALONG_SCREW, IN_BODY_AXES))
+    yield Hypothesis(
+        "velocity-in-body-axes-without-correction",
+        "velocity axes",
+        "velocity of the centre stored in body axes without -w x v: it rotates with the body",
+        lambda program, _: program.but(swirl=1.0, scheme=program.scheme._replace(velocity_axes=IN_BODY_AXES)),
+        rare=True,
+        unlikely=UNLIKELY,
+    )
 
 
 def velocity_in_body_axes(axes: int) -> Hypothesis:
@@ -149,6 +167,7 @@ def velocity_in_body_axes(axes: int) -> Hypothesis:
         f"velocity of the centre stored in body axes, with -w x v by a step, {text}",
         lambda program, _: program.but(scheme=program.scheme._replace(velocity_axes=axes)),
         details=(("moves", moves),),
+        needs_steps=True,
     )
 
 
@@ -168,10 +187,13 @@ def _position_updates(context: Context) -> Iterator[Hypothesis]:
             "by the other velocity: the new instead of the old, or the old instead of the new",
             lambda weight: 1.0 - weight,
         ),
+        ("by x += v dt + a dt^2/2 with the new velocity", lambda _: 1.5),
+        ("by x += v dt + a dt^2 with the new velocity", lambda _: 2.0),
     ):
         yield Hypothesis(
             "wrong-position-update",
             "position step",
             f"position updated {text}",
             lambda program, _, change=change: updated(program, change),
+            needs_steps=True,
         )

@@ -40,62 +40,114 @@ IN_BODY, IN_WORLD, MOMENTUM = 0, 1, 2
 UNMIXED, MIXED_WORLD, MIXED_BODY = 0, 1, 2
 # Lever of a lasting force: the torque stays constant; the point moves with the body; the point is fixed in the world.
 TORQUE_STAYS, POINT_MOVES, POINT_STAYS = 0, 1, 2
-# Levers in body axes are rotated with the body; not rotated; rotated by the start attitude.
-AS_THE_BODY, NOT_TURNED, AS_AT_THE_START = 0, 1, 2
+# Levers in body axes are rotated with the body; not rotated; rotated by the start attitude; of a tether, also from the
+# world's origin; none.
+AS_THE_BODY, NOT_TURNED, AS_AT_THE_START, FROM_ORIGIN, NO_LEVER = 0, 1, 2, 3, 4
 # Place of the damping in a step: with the forces; after them; after the move; before the forces.  Form: v - c dt v,
 # v exp(-c dt), or v / (1 + c dt).
 AS_FORCE, AFTER_FORCES, LAST, BEFORE_FORCES = 0, 1, 2, 3
 LINEARLY, EXPONENTIALLY, IMPLICITLY = 0, 1, 2
-# Inertia tensor: R I R^T; I; R0 I R0^T; R^T I R.  For impulses also R I, if the torque is taken in body axes.
+# Inertia tensor: R I R^T; I; R0 I R0^T; R^T I R.  Other mistakes of what torques are divided by: the torque is taken in
+# body axes, R I^-1 torque; the change of w is, I^-1 R^T torque; it is the torque; it is
+# R I R^T torque; it is the torque over the mass, or over the mean moment.
 TURNED, NEVER_TURNED, FROZEN, TURNED_BACK, TORQUE_UNTURNED = 0, 1, 2, 3, 4
+RESPONSE_UNTURNED, UNDIVIDED, MULTIPLIED, OVER_MASS, OVER_MEAN = 5, 6, 7, 8, 9
+# Axes of impulses: the world; the body, R J; the world turned into the body's, R^T J.
+AXES_OF_WORLD, AXES_OF_BODY, AXES_TURNED_BACK = 0, 1, 2
 # Velocity of the centre that is stored: in world axes; in body axes, with -w x v from the step's start; the same, and x
 # moves along the screw of w and v, as on SE(3).
 IN_WORLD_AXES, IN_BODY_AXES, ALONG_SCREW = 0, 1, 2
+# Where velocities are limited: after the forces of a step; there, and before the forces; only before the forces; after
+# a step has moved the body.
+CAP_FORCED, CAP_WHEN_SET, CAP_BEFORE, CAP_MOVED = 0, 1, 2, 3
+# Where the height of the centre is limited: after a step; before the next one, so that a row has what a step has left.
+FLOOR_AFTER, FLOOR_BEFORE = 0, 1
 # Precision of the stored state: double; rounded to single; biased by as much as rounding can be.
 DOUBLE, ROUNDED, BIASED = 0, 1, 2
+
+
+class TetherLaw(NamedTuple):
+    """How a program computes the tethers of a scene; by default as the scene does.
+
+    lever, torque_lever: of the point in the spring, and in the torque: constants above; damps_centre: the damper takes
+    the velocity of the centre of mass; other_damper: along the line if the scene's damper is not, and the reverse;
+    pulls_only: no force at less than the rest length; moves: factor on the force that moves the centre.
+    """
+
+    lever: int = AS_THE_BODY
+    torque_lever: int = AS_THE_BODY
+    damps_centre: bool = False
+    other_damper: bool = False
+    pulls_only: bool = False
+    moves: float = 1.0
 
 
 class Dynamics(NamedTuple):
     """What moves the body in a program.
 
     moments [kg m2]; forces: of the scene; damping: a = -(d0 + d1 |v|) v and alpha = -(d2 + d3 |w|) w - d4 I^-1 w [1/s,
-    1/m, 1/s, 1, N m s]; axis_damping: the same along single axes, of v along the world's, of w along the body's and the
-    world's [1/s]; gyroscopic: factor on the gyroscopic term, 1 if right; damping_place, damping_form, frame_mixup,
-    tensor, lever_motion, lever_axes: constants above; impulse_tensor: tensor for impulses; first: q at the start;
+    1/m, 1/s, 1, N m s]; drag: a = -(c0 / |v| + c1 |v|^2) v - c2 (|vx| vx, |vy| vy, |vz| vz) and alpha = -c3 w / |w|
+    [m/s2, s/m2, 1/m, rad/s2]; other_drag: of the scene, force -e0 |v| v, torque -e1 |w| w, alpha = -e2 w [N s2/m2,
+    N m s2, 1/s]; tether_law, tethers: rows as in `solver.forces`, that obey it if it is another than the scene's;
+    axis_damping: damping along single axes, of v along the world's, of w along the body's and the world's [1/s]; swirl:
+    factor c in a = c w x v; gravity_in_body: gravity is in body axes; gyroscopic: factor on the gyroscopic term, 1 if
+    right; damping_place, damping_form, frame_mixup, lever_motion, lever_axes, cap_place, floor_place: constants above;
+    tensor: of L; inverse_tensor, impulse_tensor: those that torques and impulses are divided by; first: q at the start;
     file_axes: rotation from the scene file's axes of the body, which a program has, to the principal ones here;
-    attitude_rate_factor: f in q' = f q w~ / 2; caps: of |v| [m/s] and |w| [rad/s]; caps_when_set: velocities are
-    limited when they are set, too; lever: sign, share of x and a point [m], for a lever sign (r - share x - point);
-    impulse_in_body_axes: impulses are in body axes.
+    attitude_rate_factor: f in q' = f q w~ / 2; caps: of |v| [m/s] and |w| [rad/s]; component_caps: of each component,
+    world axes; lever: sign, share of x and a point [m], for a lever sign (r - share x - point); impulse_axes: of
+    impulses; impulse_sets: an impulse sets the velocities, and adds nothing to them; up: unit vector along which the
+    centre is at no negative height, 0 for no such floor; bounce: share of the velocity along it that is left, reversed;
+    thresholds: of |v| [m/s] and |w| [rad/s], below which they are set to 0 after a step; is_usual: none of drag, swirl,
+    gravity_in_body, up, other_drag, tether_law and thresholds has an effect; is_capped: one of the caps may have one;
+    has_other_tethers: tether_law is another than the scene's.
     """
 
     moments: Vector
     forces: Forces
     damping: tuple[float, float, float, float, float]
+    drag: tuple[float, float, float, float]
+    other_drag: tuple[float, float, float]
+    tether_law: TetherLaw
+    tethers: Array | None
     axis_damping: tuple[Vector, Vector, Vector]
+    swirl: float
+    gravity_in_body: bool
     damping_place: int
     damping_form: int
     gyroscopic: float
     frame_mixup: int
     tensor: int
+    inverse_tensor: int
     impulse_tensor: int
     first: Quaternion
     file_axes: Quaternion
     attitude_rate_factor: float
     caps: tuple[float, float]
-    caps_when_set: bool
+    component_caps: tuple[float, float]
+    cap_place: int
     lever: tuple[float, float, float, float, float]
     lever_motion: int
     lever_axes: int
-    impulse_in_body_axes: bool
+    impulse_axes: int
+    impulse_sets: bool
+    up: Vector
+    bounce: float
+    floor_place: int
+    thresholds: tuple[float, float]
+    is_usual: bool
+    is_capped: bool
+    has_other_tethers: bool
 
 
 class Scheme(NamedTuple):
     """One step: its length [s], or the rotation in a continuous step [rad]; then constants above.
 
-    symplectic: w is stepped first and rotates the attitude; position_weight: of the new velocity in the update of x,
-    0 to 1; normalise_every: steps between normalisations of q, 0 for never; idle_steps: steps before gravity acts;
-    precision: of the stored state; velocity_axes: of the stored velocity of the centre; stored: of the rotation;
-    recovers: w is taken from the attitudes before and after a step, as position-based dynamics does.
+    symplectic: w is stepped first and rotates the attitude; position_weight: of the new velocity in the update of x, 0
+    to 1; normalise_every: steps between normalisations of q, 0 for never; is_unit_used: q is normalised where it is
+    used; idle_steps: steps before gravity acts; precision: of the stored state; velocity_axes: of the stored velocity
+    of the centre; stored: of the rotation; recovers: w is taken from the attitudes before and after a step, as
+    position-based dynamics does.
     """
 
     step: float
@@ -109,6 +161,7 @@ class Scheme(NamedTuple):
     velocity_axes: int = IN_WORLD_AXES
     stored: int = IN_BODY
     recovers: bool = False
+    is_unit_used: bool = False
 
 
 class Push(NamedTuple):

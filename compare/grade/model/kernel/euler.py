@@ -10,6 +10,10 @@ from tumble.compare.grade.model.kernel.dynamics import (
     AS_FORCE,
     BEFORE_FORCES,
     BIASED,
+    CAP_BEFORE,
+    CAP_FORCED,
+    CAP_MOVED,
+    CAP_WHEN_SET,
     IN_BODY,
     IN_WORLD_AXES,
     LAST,
@@ -25,7 +29,7 @@ from tumble.compare.grade.model.kernel.gyroscopic import carried, spun
 from tumble.compare.grade.model.kernel.rates import accelerations, attitude_rate, damped, decayed
 from tumble.compare.grade.model.kernel.turning import recovered, turned
 from tumble.solver.compilation import inner
-from tumble.solver.quaternion import normalise, rotate, rotate_back
+from tumble.solver.quaternion import Quaternion, normalise, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale
 
 HALF_SINGLE = 2.0**-24
@@ -34,10 +38,31 @@ SMALL_SQUARE = 1e-16
 
 
 @inner
-def capped(rate: Vector, cap: float) -> Vector:
+def _capped(rate: Vector, cap: float) -> Vector:
     """Return a vector no longer than a cap."""
     size = math.sqrt(dot(rate, rate))
     return scale(cap / size, rate) if size > cap else rate
+
+
+@inner
+def limited(v: Vector, w: Vector, q: Quaternion, dynamics: Dynamics) -> tuple[Vector, Vector]:
+    """Return v and w, body axes, below the caps."""
+    v, w = _capped(v, dynamics.caps[0]), _capped(w, dynamics.caps[1])
+    most, most_w = dynamics.component_caps
+    if min(most, most_w) < math.inf:
+        v = _capped_components(v, most)
+        w = rotate_back(q, _capped_components(rotate(q, w), most_w))
+    return v, w
+
+
+@inner
+def _capped_components(rate: Vector, cap: float) -> Vector:
+    """Return a vector none of whose components is larger than a cap."""
+    return (
+        min(cap, max(-cap, rate[0])),
+        min(cap, max(-cap, rate[1])),
+        min(cap, max(-cap, rate[2])),
+    )
 
 
 @inner
@@ -62,16 +87,17 @@ def euler_step(
     old_v, old_w = motion.v, motion.w_body
     if dynamics.damping_place == BEFORE_FORCES:
         old_v, old_w = decayed(old_v, old_w, dt, motion.q, dynamics)
-    if dynamics.caps_when_set:
-        old_v, old_w = capped(old_v, dynamics.caps[0]), capped(old_w, dynamics.caps[1])
+    if dynamics.is_capped and dynamics.cap_place in (CAP_WHEN_SET, CAP_BEFORE):
+        old_v, old_w = limited(old_v, old_w, motion.q, dynamics)
     if scheme.velocity_axes != IN_WORLD_AXES:
         a = add(a, cross(old_v, rotate(motion.q, old_w)))
     v, w = add(old_v, scale(dt, a)), spun(motion, old_w, dt, dynamics, alpha, scheme)
     if dynamics.damping_place == AS_FORCE:
-        v, w = damped(v, w, dt, motion.v, motion.w_body, motion.q, dynamics)
+        v, w = damped(v, w, dt, dt, motion.v, motion.w_body, motion.q, dynamics)
     elif dynamics.damping_place == AFTER_FORCES:
         v, w = decayed(v, w, dt, motion.q, dynamics)
-    v, w = capped(v, dynamics.caps[0]), capped(w, dynamics.caps[1])
+    if dynamics.is_capped and dynamics.cap_place in (CAP_FORCED, CAP_WHEN_SET):
+        v, w = limited(v, w, motion.q, dynamics)
     moves = add(old_v, scale(scheme.position_weight, add(v, scale(-1.0, old_v))))
     mean = scale(0.5, add(old_w, w)) if scheme.spin == MIDPOINT and scheme.stored != MOMENTUM else w
     turn = scale(dt, attitude_rate(motion.q, mean if scheme.symplectic else old_w, dynamics))
@@ -89,6 +115,8 @@ def euler_step(
         w = recovered(motion.q, q, dt)
     if dynamics.damping_place == LAST:
         v, w = decayed(v, w, dt, q, dynamics)
+    if dynamics.is_capped and dynamics.cap_place == CAP_MOVED:
+        v, w = limited(v, w, q, dynamics)
     return Motion(x, q, v, w), growth
 
 

@@ -3,6 +3,8 @@
 from tumble.compare.grade.model.kernel.dynamics import (
     AS_AT_THE_START,
     AS_THE_BODY,
+    AXES_OF_BODY,
+    AXES_TURNED_BACK,
     END,
     JUMP,
     POINT_MOVES,
@@ -12,7 +14,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     Motion,
     Push,
 )
-from tumble.compare.grade.model.kernel.rates import angular_response
+from tumble.compare.grade.model.kernel.rates import angular_response, in_world
 from tumble.solver.compilation import inner
 from tumble.solver.quaternion import rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, scale
@@ -38,14 +40,19 @@ def _lever(motion: Motion, event: Array, dynamics: Dynamics, length: float) -> V
 def _after_impulse(motion: Motion, dynamics: Dynamics, moves: Vector, twist: Vector, length: float) -> Motion:
     """Return the motion after an impulse [N s] and an angular one [N m s], world axes; length: of the quaternion."""
     spins = angular_response(motion.q, rotate_back(motion.q, twist), dynamics, dynamics.impulse_tensor)
-    w = add(motion.w_body, scale(length**4, spins))
-    return Motion(motion.x, motion.q, add(motion.v, scale(1.0 / dynamics.forces.mass, moves)), w)
+    kept = 0.0 if dynamics.impulse_sets else 1.0
+    v = add(scale(kept, motion.v), scale(1.0 / dynamics.forces.mass, moves))
+    return Motion(motion.x, motion.q, v, add(scale(kept, motion.w_body), scale(length**4, spins)))
 
 
 @inner
-def _as_in_body(motion: Motion, impulse: Vector, dynamics: Dynamics) -> Vector:
-    """Return an impulse whose components are taken in the file's axes of the body, world axes."""
-    return rotate(motion.q, rotate(dynamics.file_axes, impulse))
+def _turned(motion: Motion, impulse: Vector, dynamics: Dynamics) -> Vector:
+    """Return an impulse as the program takes its components, world axes."""
+    if dynamics.impulse_axes == AXES_OF_BODY:
+        return in_world(motion.q, impulse, dynamics)
+    if dynamics.impulse_axes == AXES_TURNED_BACK:
+        return rotate_back(dynamics.file_axes, rotate_back(motion.q, impulse))
+    return impulse
 
 
 @inner
@@ -56,8 +63,8 @@ def happen(
     event = events[number]
     moves, turns = (event[2], event[3], event[4]), (event[5], event[6], event[7])
     nothing = (0.0, 0.0, 0.0)
-    if dynamics.impulse_in_body_axes and event[1] == JUMP:
-        moves, turns = _as_in_body(motion, moves, dynamics), _as_in_body(motion, turns, dynamics)
+    if event[1] == JUMP:
+        moves, turns = _turned(motion, moves, dynamics), _turned(motion, turns, dynamics)
     if event[1] == END:
         begun = events[int(event[15])]
         return motion, _pushed(push, -1, moves, turns, (begun[12], begun[13], begun[14]), dynamics), nothing

@@ -137,7 +137,8 @@ def _by_scheme(w: Vector, dt: float, moments: Vector, spin: int) -> Vector:
 def spun(motion: Motion, w: Vector, dt: float, dynamics: Dynamics, alpha: Vector, scheme: Scheme) -> Vector:
     """Return w_body after the torques of a step at constant attitude; if L is stored, its rotation comes later."""
     if scheme.stored != MOMENTUM:
-        if scheme.spin == EXPLICIT or dynamics.gyroscopic not in (0.0, 1.0):
+        is_mixed = dynamics.tensor != dynamics.inverse_tensor
+        if scheme.spin == EXPLICIT or dynamics.gyroscopic not in (0.0, 1.0) or is_mixed:
             w = add(w, scale(dt, gyroscopic_rate(motion.q, w, dynamics)))
         elif dynamics.gyroscopic == 1.0 and dynamics.tensor == TURNED:
             w = _by_scheme(w, dt, dynamics.moments, scheme.spin)

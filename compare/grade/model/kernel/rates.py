@@ -9,14 +9,20 @@ from tumble.compare.grade.model.kernel.dynamics import (
     LINEARLY,
     MIXED_BODY,
     MOMENTUM,
+    MULTIPLIED,
     NEVER_TURNED,
+    OVER_MASS,
+    OVER_MEAN,
+    RESPONSE_UNTURNED,
     TORQUE_UNTURNED,
     TURNED,
+    UNDIVIDED,
     UNMIXED,
     Dynamics,
     Motion,
     Push,
 )
+from tumble.compare.grade.model.kernel.laws import other_drag, other_tethers
 from tumble.solver.compilation import inner
 from tumble.solver.forces import wrench
 from tumble.solver.quaternion import Quaternion, conjugate, plus, product, product_vector, rotate, rotate_back, stretch
@@ -56,6 +62,16 @@ def angular_response(q: Quaternion, torque: Vector, dynamics: Dynamics, tensor: 
     """Return the change of w_body by a torque, or an angular impulse, with the program's inertia; body axes."""
     if tensor == TURNED:
         return divided(torque, dynamics.moments)
+    if tensor == UNDIVIDED:
+        return torque
+    if tensor == MULTIPLIED:
+        return times(dynamics.moments, torque)
+    if tensor == OVER_MASS:
+        return scale(1.0 / dynamics.forces.mass, torque)
+    if tensor == OVER_MEAN:
+        return scale(3.0 / (dynamics.moments[0] + dynamics.moments[1] + dynamics.moments[2]), torque)
+    if tensor == RESPONSE_UNTURNED:
+        return rotate_back(q, rotate_back(dynamics.file_axes, divided(torque, dynamics.moments)))
     if tensor == TORQUE_UNTURNED:
         return divided(rotate(dynamics.file_axes, rotate(q, torque)), dynamics.moments)
     there = to_tensor(q, dynamics, tensor)
@@ -78,7 +94,26 @@ def accelerations(motion: Motion, dynamics: Dynamics, push: Push) -> tuple[Vecto
     if push.acting > 0:
         force = add(force, push.force)
         torque = add(torque, rotate_back(motion.q, twist(motion.x, motion.q, push)))
-    return scale(1.0 / dynamics.forces.mass, force), angular_response(motion.q, torque, dynamics, dynamics.tensor)
+    alpha = (0.0, 0.0, 0.0)
+    if not dynamics.is_usual:
+        slow, brake, alpha = other_drag(motion, dynamics)
+        force, torque = add(force, slow), add(torque, brake)
+        if dynamics.has_other_tethers:
+            pull, turn = other_tethers(motion, dynamics.tethers, dynamics)
+            force, torque = add(force, pull), add(torque, turn)
+    a = scale(1.0 / dynamics.forces.mass, force)
+    gravity = dynamics.forces.gravity
+    if not dynamics.is_usual:
+        if dynamics.gravity_in_body and gravity is not None:
+            a = add(a, add(in_world(motion.q, gravity, dynamics), scale(-1.0, gravity)))
+        a = add(a, scale(dynamics.swirl, cross(rotate(motion.q, motion.w_body), motion.v)))
+    return a, add(alpha, angular_response(motion.q, torque, dynamics, dynamics.inverse_tensor))
+
+
+@inner
+def in_world(q: Quaternion, components: Vector, dynamics: Dynamics) -> Vector:
+    """Return a vector whose components are in the file's axes of the body, world axes."""
+    return rotate(q, rotate(dynamics.file_axes, components))
 
 
 @inner
@@ -89,11 +124,29 @@ def _is_braked(dynamics: Dynamics) -> bool:
 
 
 @inner
+def _friction(c: float, speed: float, step: float) -> float:
+    """Return the rate [1/s] at which dry friction slows a speed down; it stops a body in a step, and reverses none."""
+    if speed <= 0.0:
+        return 0.0
+    return c / speed if c * step < speed else 1.0 / step
+
+
+@inner
 def damped(
-    v: Vector, w: Vector, dt: float, old_v: Vector, old_w: Vector, q: Quaternion, dynamics: Dynamics
+    v: Vector, w: Vector, dt: float, step: float, old_v: Vector, old_w: Vector, q: Quaternion, dynamics: Dynamics
 ) -> tuple[Vector, Vector]:
-    """Return v and w after damping for dt [s] as a force, from the old velocities."""
+    """Return v and w after damping for dt [s] as a force, from the old velocities.
+
+    step: length [s] of the program's step.
+    """
     d0, d1, d2, d3, d4 = dynamics.damping
+    if not dynamics.is_usual:
+        c0, c1, c2, c3 = dynamics.drag
+        speed, spin = math.sqrt(dot(old_v, old_v)), math.sqrt(dot(old_w, old_w))
+        slow = dt * (c1 * speed * speed + _friction(c0, speed, step))
+        squares = (abs(old_v[0]) * old_v[0], abs(old_v[1]) * old_v[1], abs(old_v[2]) * old_v[2])
+        v = add(v, add(scale(-slow, old_v), scale(-dt * c2, squares)))
+        w = add(w, scale(-dt * _friction(c3, spin, step), old_w))
     if _is_braked(dynamics):
         of_v, of_body, of_world = dynamics.axis_damping
         v = add(v, scale(-dt, times(of_v, old_v)))
@@ -110,7 +163,7 @@ def damped(
 def decayed(v: Vector, w: Vector, dt: float, q: Quaternion, dynamics: Dynamics) -> tuple[Vector, Vector]:
     """Return v and w after the damping of a step."""
     if dynamics.damping_form == LINEARLY:
-        return damped(v, w, dt, v, w, q, dynamics)
+        return damped(v, w, dt, dt, v, w, q, dynamics)
     d0, d1, d2, d3, _ = dynamics.damping
     slow, brake = dt * (d0 + d1 * math.sqrt(dot(v, v))), dt * (d2 + d3 * math.sqrt(dot(w, w)))
     if dynamics.damping_form == EXPONENTIALLY:
@@ -127,8 +180,25 @@ def _held(change: Vector, rate: Vector, cap: float) -> Vector:
 
 
 @inner
+def _held_components(change: Vector, rate: Vector, cap: float) -> Vector:
+    """Return the rate of change of a vector each of whose components is limited by a cap."""
+    return (
+        0.0 if change[0] * rate[0] > 0.0 and abs(rate[0]) >= cap else change[0],
+        0.0 if change[1] * rate[1] > 0.0 and abs(rate[1]) >= cap else change[1],
+        0.0 if change[2] * rate[2] > 0.0 and abs(rate[2]) >= cap else change[2],
+    )
+
+
+@inner
 def gyroscopic_rate(q: Quaternion, w_body: Vector, dynamics: Dynamics) -> Vector:
-    """Return I^-1 (L x w), the gyroscopic term with the program's tensor, body axes."""
+    """Return I^-1 (L x w), the gyroscopic term with the program's tensors, body axes."""
+    if dynamics.tensor != dynamics.inverse_tensor:
+        momentum = times(dynamics.moments, w_body)
+        if dynamics.tensor != TURNED:
+            there = to_tensor(q, dynamics, dynamics.tensor)
+            momentum = rotate_back(there, times(dynamics.moments, rotate(there, w_body)))
+        torque = scale(dynamics.gyroscopic, cross(momentum, w_body))
+        return angular_response(q, torque, dynamics, dynamics.inverse_tensor)
     if dynamics.tensor == TURNED:
         rate = divided(cross(times(dynamics.moments, w_body), w_body), dynamics.moments)
         return scale(dynamics.gyroscopic, rate)
@@ -152,13 +222,17 @@ def _turned_rate(motion: Motion, turns: Vector, dynamics: Dynamics, stored: int)
 
 
 @inner
-def slope(motion: Motion, dynamics: Dynamics, push: Push, stored: int) -> Motion:
-    """Return the rates of change in a continuous run; stored: what the program stores of the rotation."""
+def slope(motion: Motion, dynamics: Dynamics, push: Push, stored: int, step: float) -> Motion:
+    """Return the rates of change in a continuous run, in a step of this length [s]; stored: as in `Scheme`."""
     turns = attitude_rate(motion.q, motion.w_body, dynamics)
     a, alpha = accelerations(motion, dynamics, push)
     alpha = add(alpha, _turned_rate(motion, turns, dynamics, stored))
-    a, alpha = damped(a, alpha, 1.0, motion.v, motion.w_body, motion.q, dynamics)
-    a, alpha = _held(a, motion.v, dynamics.caps[0]), _held(alpha, motion.w_body, dynamics.caps[1])
+    a, alpha = damped(a, alpha, 1.0, step, motion.v, motion.w_body, motion.q, dynamics)
+    if dynamics.is_capped:
+        a, alpha = _held(a, motion.v, dynamics.caps[0]), _held(alpha, motion.w_body, dynamics.caps[1])
+        a = _held_components(a, motion.v, dynamics.component_caps[0])
+        w, change = rotate(motion.q, motion.w_body), rotate(motion.q, alpha)
+        alpha = rotate_back(motion.q, _held_components(change, w, dynamics.component_caps[1]))
     return Motion(motion.v, product_vector(motion.q, scale(0.5, turns)), a, alpha)
 
 

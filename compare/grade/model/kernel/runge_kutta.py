@@ -3,9 +3,13 @@
 import math
 
 from tumble.compare.grade.model.kernel.dynamics import (
+    AFTER_FORCES,
+    AS_FORCE,
+    BEFORE_FORCES,
     EXPONENTIAL,
     HEUN,
     IN_BODY,
+    LAST,
     MOMENTUM,
     ORDER_2,
     ORDER_3,
@@ -25,6 +29,7 @@ from tumble.compare.grade.model.kernel.rates import (
     along,
     attitude_rate,
     damped,
+    decayed,
     divided,
     gyroscopic_rate,
     slope,
@@ -34,6 +39,9 @@ from tumble.compare.grade.model.kernel.turning import turned
 from tumble.solver.compilation import inner
 from tumble.solver.quaternion import normalise, product_vector, rotate, rotate_back
 from tumble.solver.vectors import add, dot, scale, times
+
+# Steps while a force spins the body up, over the root of the radians and over `turn`.
+SPINNING_UP = 3.0
 
 # Stages of an explicit method: their number, the rows of its matrix without zeros above the diagonal, and its weights.
 Tableau = tuple[int, float, tuple[float, float], tuple[float, float, float], tuple[float, float, float, float]]
@@ -77,14 +85,15 @@ def _read(state: Motion, dynamics: Dynamics, stored: int) -> Motion:
 
 
 @inner
-def _slope(state: Motion, dynamics: Dynamics, push: Push, stored: int) -> Motion:
-    """Return the rates of change of a state that is stored."""
+def _slope(state: Motion, dynamics: Dynamics, push: Push, stored: int, step: float) -> Motion:
+    """Return the rates of change of a state that is stored, in a step of this length [s]."""
     motion = _read(state, dynamics, stored)
     turns = attitude_rate(motion.q, motion.w_body, dynamics)
     a, alpha = accelerations(motion, dynamics, push)
     if stored != MOMENTUM or dynamics.gyroscopic == 0.0:
         alpha = add(alpha, gyroscopic_rate(motion.q, motion.w_body, dynamics))
-    a, alpha = damped(a, alpha, 1.0, motion.v, motion.w_body, motion.q, dynamics)
+    if dynamics.damping_place == AS_FORCE:
+        a, alpha = damped(a, alpha, 1.0, step, motion.v, motion.w_body, motion.q, dynamics)
     if stored == MOMENTUM:
         alpha = times(dynamics.moments, alpha)
     if stored != IN_BODY:
@@ -96,26 +105,26 @@ def _slope(state: Motion, dynamics: Dynamics, push: Push, stored: int) -> Motion
 def _explicit(state: Motion, dt: float, dynamics: Dynamics, push: Push, method: int, stored: int) -> Motion:
     """Return the state dt [s] on, by an explicit Runge-Kutta method."""
     stages, second_row, third_row, fourth_row, weights = _tableau(method)
-    one = _slope(state, dynamics, push, stored)
-    two = _slope(along(state, dt * second_row, one), dynamics, push, stored)
+    one = _slope(state, dynamics, push, stored, dt)
+    two = _slope(along(state, dt * second_row, one), dynamics, push, stored, dt)
     found = along(along(state, dt * weights[0], one), dt * weights[1], two)
     if stages == 2:
         return found
-    three = _slope(along(along(state, dt * third_row[0], one), dt * third_row[1], two), dynamics, push, stored)
+    three = _slope(along(along(state, dt * third_row[0], one), dt * third_row[1], two), dynamics, push, stored, dt)
     found = along(found, dt * weights[2], three)
     if stages == 3:
         return found
     last = along(along(along(state, dt * fourth_row[0], one), dt * fourth_row[1], two), dt * fourth_row[2], three)
-    return along(found, dt * weights[3], _slope(last, dynamics, push, stored))
+    return along(found, dt * weights[3], _slope(last, dynamics, push, stored, dt))
 
 
 @inner
 def continuous_step(motion: Motion, dt: float, dynamics: Dynamics, push: Push, stored: int) -> Motion:
     """Return the motion dt [s] on in a run without steps of its own, by the classical method of order 4."""
-    first = slope(motion, dynamics, push, stored)
-    second = slope(along(motion, dt / 2.0, first), dynamics, push, stored)
-    third = slope(along(motion, dt / 2.0, second), dynamics, push, stored)
-    fourth = slope(along(motion, dt, third), dynamics, push, stored)
+    first = slope(motion, dynamics, push, stored, dt)
+    second = slope(along(motion, dt / 2.0, first), dynamics, push, stored, dt)
+    third = slope(along(motion, dt / 2.0, second), dynamics, push, stored, dt)
+    fourth = slope(along(motion, dt, third), dynamics, push, stored, dt)
     found = along(along(motion, dt / 6.0, first), dt / 3.0, second)
     found = along(along(found, dt / 3.0, third), dt / 6.0, fourth)
     return Motion(found.x, normalise(found.q), found.v, found.w_body)
@@ -126,7 +135,8 @@ def _kicked(motion: Motion, dt: float, dynamics: Dynamics, push: Push) -> Motion
     """Return a motion whose velocities have changed for dt [s]."""
     a, alpha = accelerations(motion, dynamics, push)
     alpha = add(alpha, gyroscopic_rate(motion.q, motion.w_body, dynamics))
-    a, alpha = damped(a, alpha, 1.0, motion.v, motion.w_body, motion.q, dynamics)
+    if dynamics.damping_place == AS_FORCE:
+        a, alpha = damped(a, alpha, 1.0, dt, motion.v, motion.w_body, motion.q, dynamics)
     return Motion(motion.x, motion.q, add(motion.v, scale(dt, a)), add(motion.w_body, scale(dt, alpha)))
 
 
@@ -143,10 +153,23 @@ def _velocity_verlet(motion: Motion, dt: float, dynamics: Dynamics, push: Push) 
 @inner
 def runge_kutta_step(motion: Motion, dt: float, dynamics: Dynamics, push: Push, scheme: Scheme) -> Motion:
     """Return the motion dt [s] on by the method of a scheme."""
+    if dynamics.damping_place == BEFORE_FORCES:
+        motion = _decayed(motion, dt, dynamics)
     if scheme.spin == VERLET:
-        return _velocity_verlet(motion, dt, dynamics, push)
-    state = _stored(motion, dynamics, scheme.stored)
-    return _read(_explicit(state, dt, dynamics, push, scheme.spin, scheme.stored), dynamics, scheme.stored)
+        motion = _velocity_verlet(motion, dt, dynamics, push)
+    else:
+        state = _stored(motion, dynamics, scheme.stored)
+        state = _explicit(state, dt, dynamics, push, scheme.spin, scheme.stored)
+        motion = _read(state, dynamics, scheme.stored)
+    is_late = dynamics.damping_place in (AFTER_FORCES, LAST)
+    return _decayed(motion, dt, dynamics) if is_late else motion
+
+
+@inner
+def _decayed(motion: Motion, dt: float, dynamics: Dynamics) -> Motion:
+    """Return a motion after the damping of a step."""
+    v, w = decayed(motion.v, motion.w_body, dt, motion.q, dynamics)
+    return Motion(motion.x, motion.q, v, w)
 
 
 @inner
@@ -155,19 +178,19 @@ def smooth_count(
 ) -> float:
     """Return the number of steps in which the body rotates, and the stiffest spring oscillates, by at most `turn`.
 
-    L and, unless frames are mixed up, the energy limit the angular velocity of a free body.
+    L and, unless frames are mixed up, the energy limit the angular velocity of a free body.  While a lasting force
+    spins it up, the error is of the square of the rotation, but of the fourth order of the step.
     """
     least = min(dynamics.moments)
     momentum = times(dynamics.moments, motion.w_body)
     rate = math.sqrt(dot(momentum, momentum)) / least
-    if dynamics.frame_mixup == UNMIXED and dynamics.tensor == TURNED:
+    if dynamics.frame_mixup == UNMIXED and dynamics.tensor == dynamics.inverse_tensor == TURNED:
         rate = min(rate, math.sqrt(dot(momentum, motion.w_body) / least))
     torque = twist(motion.x, motion.q, push)
-    rate += math.sqrt(dot(torque, torque)) / least * interval
+    spun_up = math.sqrt(dot(torque, torque)) / least * interval
+    rate += spun_up
     d0, d1, d2, d3, d4 = dynamics.damping
     braked = max(dynamics.axis_damping[0]) + max(dynamics.axis_damping[1]) + max(dynamics.axis_damping[2])
-    return (
-        (max(dynamics.attitude_rate_factor, 1.0) * rate + spring_rate + d0 + d1 + d2 + d3 + d4 / least + braked)
-        * interval
-        / turn
-    )
+    turns = max(abs(dynamics.attitude_rate_factor), 1.0) * rate
+    rate = turns + spring_rate + abs(d0) + d1 + abs(d2) + d3 + d4 / least + braked
+    return max(rate * interval, SPINNING_UP * math.sqrt(spun_up * interval)) / turn

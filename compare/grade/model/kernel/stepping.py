@@ -10,7 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from tumble.compare.grade.model.kernel.dynamics import (
+    CAP_BEFORE,
     DOUBLE,
+    FLOOR_AFTER,
+    FLOOR_BEFORE,
     MATRIX,
     RUNGE_KUTTA,
     SMOOTH,
@@ -20,19 +23,21 @@ from tumble.compare.grade.model.kernel.dynamics import (
     Push,
     Scheme,
 )
-from tumble.compare.grade.model.kernel.euler import capped, euler_step, matrix_step, to_single
+from tumble.compare.grade.model.kernel.euler import euler_step, limited, matrix_step, to_single
 from tumble.compare.grade.model.kernel.events import happen
 from tumble.compare.grade.model.kernel.rates import twist
 from tumble.compare.grade.model.kernel.runge_kutta import continuous_step, runge_kutta_step, smooth_count
 from tumble.solver.compilation import inner, kernel_with
 from tumble.solver.quaternion import Quaternion, normalise, rotate, rotate_back, stretch
-from tumble.solver.vectors import Vector, add, scale, times
+from tumble.solver.vectors import Vector, add, dot, scale, times
 
 WIDTH = 22
 # Largest number of steps of a run, and largest rotation of a continuous one [rad].
 MOST_STEPS, MOST_RADIANS = 100_000, 1_000.0
 # Rounding error of an interval of whole steps, over a step.
 NEARLY = 1e-9
+# A speed that is as good as 0 [m/s].
+TINY = 1e-300
 
 
 @inner
@@ -57,8 +62,47 @@ def _write(row: Array, motion: Motion, q: Quaternion, columns: Array, w_matrix: 
 @inner
 def _limited(motion: Motion, dynamics: Dynamics) -> Motion:
     """Return a motion whose velocities are below the caps."""
-    v, w = capped(motion.v, dynamics.caps[0]), capped(motion.w_body, dynamics.caps[1])
+    if not dynamics.is_capped:
+        return motion
+    v, w = limited(motion.v, motion.w_body, motion.q, dynamics)
     return Motion(motion.x, motion.q, v, w)
+
+
+@inner
+def _at_rest(motion: Motion, dynamics: Dynamics) -> Motion:
+    """Return a motion whose velocities are 0 below the thresholds."""
+    slow, slow_spin = dynamics.thresholds
+    v, w = motion.v, motion.w_body
+    if dot(v, v) < slow * slow:
+        v = (0.0, 0.0, 0.0)
+    if dot(w, w) < slow_spin * slow_spin:
+        w = (0.0, 0.0, 0.0)
+    return Motion(motion.x, motion.q, v, w)
+
+
+@inner
+def _above_floor(motion: Motion, before: Motion, dt: float, dynamics: Dynamics, smooth: bool) -> Motion:
+    """Return a motion whose centre is at no negative height: it stops there, or bounces.
+
+    before: dt [s] earlier.  A continuous run bounces at the instant of the contact, under the mean acceleration.
+    """
+    up = dynamics.up
+    height, rate = dot(up, motion.x), dot(up, motion.v)
+    if height >= 0.0:
+        return motion
+    other_height, other_rate = 0.0, -dynamics.bounce * rate
+    first, speed = dot(up, before.x), dot(up, before.v)
+    if smooth and dynamics.bounce > 0.0 and first >= 0.0:
+        a = (rate - speed) / dt
+        # The larger root of first + speed t + a t^2 / 2 = 0, in a form that also holds for a = 0 or first = 0.
+        root = math.sqrt(max(0.0, speed * speed - 2.0 * a * first))
+        contact = (speed + root) / -a if speed > 0.0 else 2.0 * first / max(root - speed, TINY)
+        left = max(0.0, dt - contact)
+        other_rate = -dynamics.bounce * (speed + a * contact)
+        other_height = max(0.0, other_rate * left + 0.5 * a * left * left)
+        other_rate += a * left
+    x = add(motion.x, scale(other_height - height, up))
+    return Motion(x, motion.q, add(motion.v, scale(other_rate - rate, up)), motion.w_body)
 
 
 @kernel_with(Path(__file__).parent)
@@ -87,6 +131,8 @@ def integrate(
     columns[1, 0], columns[1, 1], columns[1, 2] = rotate(q, (0.0, 1.0, 0.0))
     columns[2, 0], columns[2, 1], columns[2, 2] = rotate(q, (0.0, 0.0, 1.0))
     nothing = (0.0, 0.0, 0.0)
+    floor = not dynamics.is_usual and dot(dynamics.up, dynamics.up) > 0.0
+    sleeps = not dynamics.is_usual and max(*dynamics.thresholds) > 0.0
     push = Push(0, nothing, nothing, nothing, (nothing, nothing, nothing))
     length, now, number, row, steps = 1.0, 0.0, 0, 0, 0
     while row < len(times_s):
@@ -109,16 +155,34 @@ def integrate(
                 if smooth or ratio > most:
                     dt = interval / count
                 if smooth:
+                    before = motion
                     motion = continuous_step(_limited(motion, dynamics), dt, dynamics, push, scheme.stored)
                     motion = _limited(motion, dynamics)
+                    if floor:
+                        motion = _above_floor(motion, before, dt, dynamics, True)
+                    if sleeps:
+                        motion = _at_rest(motion, dynamics)
                     continue
+                if floor and dynamics.floor_place == FLOOR_BEFORE:
+                    motion = _above_floor(motion, motion, dt, dynamics, False)
                 if scheme.attitude == RUNGE_KUTTA:
-                    motion = _limited(runge_kutta_step(motion, dt, dynamics, push, scheme), dynamics)
+                    if dynamics.cap_place == CAP_BEFORE:
+                        motion = runge_kutta_step(_limited(motion, dynamics), dt, dynamics, push, scheme)
+                    else:
+                        motion = _limited(runge_kutta_step(motion, dt, dynamics, push, scheme), dynamics)
+                    if floor and dynamics.floor_place == FLOOR_AFTER:
+                        motion = _above_floor(motion, motion, dt, dynamics, False)
+                    if sleeps:
+                        motion = _at_rest(motion, dynamics)
                     if scheme.precision != DOUBLE:
                         motion = to_single(motion, scheme.precision)
                     continue
                 motion, growth = euler_step(motion, dt, dynamics, push, scheme, steps >= scheme.idle_steps)
                 steps += 1
+                if floor and dynamics.floor_place == FLOOR_AFTER:
+                    motion = _above_floor(motion, motion, dt, dynamics, False)
+                if sleeps:
+                    motion = _at_rest(motion, dynamics)
                 if scheme.precision != DOUBLE:
                     motion = to_single(motion, scheme.precision)
                 length *= growth
@@ -129,7 +193,7 @@ def integrate(
                     w_matrix = matrix_step(columns, dt, momentum, dynamics.moments)
             now = stop
         if happens:
-            motion, push, jump = happen(motion, push, events, number, dynamics, length)
+            motion, push, jump = happen(motion, push, events, number, dynamics, 1.0 if scheme.is_unit_used else length)
             momentum = add(momentum, jump)
             number += 1
         else:

@@ -1,0 +1,36 @@
+"""What rows show by themselves: the largest speeds, and when a body comes to rest."""
+
+import numpy as np
+import pytest
+
+from tumble.compare.grade.measure.speeds import rests_from, speeds_reached
+from tumble.scenarios.frames import rotation_matrix
+
+POINTS = np.array(((0.3, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.1), (-0.3, -0.2, -0.1)))
+TIMES = np.linspace(0.0, 1.0, 101)
+
+
+def moved(place: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Return the vertices of a body that moves along x and rotates about z."""
+    q = np.column_stack((np.cos(angle / 2), 0 * angle, 0 * angle, np.sin(angle / 2)))
+    return place[:, None, None] * (1.0, 0.0, 0.0) + np.einsum("tij,kj->tki", rotation_matrix(q), POINTS)
+
+
+def test_the_largest_speeds_are_found():
+    speed, spin = np.minimum(10 * TIMES, 4.0), np.minimum(20 * TIMES, 7.0)
+    place, angle = (np.append(0.0, np.cumsum((s[1:] + s[:-1]) / 200)) for s in (speed, spin))
+    found = speeds_reached(TIMES, moved(place, angle), POINTS)
+    assert found["velocity"] == pytest.approx([4.0, 4.0])
+    assert found["spin"] == pytest.approx([7.0, 7.0])
+
+
+def test_points_in_a_line_show_no_spin():
+    line = POINTS[:1] * np.array(((1.0,), (2.0,), (3.0,)))
+    assert speeds_reached(TIMES, np.repeat(line[None], 101, axis=0), line) == {"velocity": [], "spin": []}
+
+
+def test_a_body_at_rest_is_seen():
+    stopped = np.minimum(TIMES, 0.6)
+    floors_m = np.full((101, 3), 1e-6)
+    assert rests_from(TIMES, moved(stopped, stopped), floors_m) == pytest.approx(0.6)
+    assert rests_from(TIMES, moved(TIMES, TIMES), floors_m) == TIMES[-1]
