@@ -143,7 +143,9 @@ def report_tables(
                 for running_engine in running_engines:
                     running_engine.halt(for_good=True)  # also a study that begins only now
                 raise
-        sweeps = [against_the_clock(running_engines, scene, runs, on_progress, BRIEF) for scene, runs in sequences]
+        sweeps = [
+            against_the_clock(running_engines, scene, runs, on_progress, BRIEF, REFERENCE) for scene, runs in sequences
+        ]
         ablation = timed(untimed_runs, on_progress, QUICK)
     swept_tables = measured(sweeps, REFERENCE)
     tables = merged(
