@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.runtime.nrt import rtsys
 
 # Releases of numba whose cache loads a kernel as this file does.
@@ -49,11 +49,36 @@ def no_blas() -> None:
     raise ImportError
 
 
+class KernelFiles(IndexDataCacheFile):
+    """Saves each kernel of a function in a file that is named after what the kernel is compiled for.
+
+    numba numbers the files and has an index of them.  Of two processes that save at once, both can take the same
+    number: then a later process loads a kernel that is compiled for other arguments.
+    """
+
+    def load(self, key: Any) -> Any:
+        """Return what was saved for a key, or None."""
+        try:
+            return self._load_data(self._name(key))
+        except OSError:
+            return None
+
+    def save(self, key: Any, data: Any) -> None:
+        """Save what was compiled for a key."""
+        self._save_data(self._name(key), data)
+
+    def _name(self, key: Any) -> str:
+        compiled_for = hashlib.sha256(str((self._version, self._source_stamp, key)).encode())
+        return f"{Path(self._index_name).stem}.{compiled_for.hexdigest()[:16]}.nbc"
+
+
 class KernelCache(FunctionCache):
     """numba's cache, which tolerates damaged files and full disks and compiles nothing twice."""
 
     def __init__(self, py_func: Any) -> None:
         super().__init__(py_func)
+        stamp = self._impl.locator.get_source_stamp()
+        self._cache_file = KernelFiles(self._cache_path, self._impl.filename_base, stamp)
         self._turns: dict[str, int] = {}
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
@@ -111,8 +136,6 @@ class KernelCache(FunctionCache):
             warn_once(
                 f"a compiled kernel in {self.cache_path} cannot be read ({type(error).__name__}): compiling it again"
             )
-            with contextlib.suppress(OSError):
-                self.flush()
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:

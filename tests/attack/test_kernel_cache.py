@@ -39,7 +39,7 @@ def kept(tmp_path_factory) -> tuple[Path, str]:
     return folder / "kept", done.stdout
 
 
-@pytest.mark.parametrize(("ending", "share"), [("nbi", 0.0), ("nbc", 0.5)])
+@pytest.mark.parametrize(("ending", "share"), [("nbc", 0.0), ("nbc", 0.5)])
 def test_a_damaged_kernel_is_compiled_anew(tmp_path, kept, ending, share):
     folder, said = kept
     shutil.copytree(folder, tmp_path / "kept")
@@ -138,3 +138,39 @@ def test_two_processes_that_need_one_kernel_compile_it_once(tmp_path):
     said = "".join(process.communicate(timeout=PATIENCE_S)[0] for process in both)
     assert [process.returncode for process in both] == [0, 0]
     assert said == "compiled\n"
+
+
+AT_ONCE = """
+import sys
+import time
+from pathlib import Path
+import numpy as np
+from numba import njit
+from numba.core.caching import IndexDataCacheFile
+from tumble import kernel_cache
+dumped, pauses = IndexDataCacheFile._dump, [float(each) for each in sys.argv[3:]]
+def dump(self, data):
+    time.sleep(pauses.pop(0) if pauses else 0)
+    return dumped(self, data)
+IndexDataCacheFile._dump = dump
+sys.path.insert(0, sys.argv[1])
+import second
+kernel = kernel_cache.keep(second.second, Path(sys.argv[1]))
+rows = np.arange(6.0)
+print(*(kernel(rows[:: int(step)]) for step in sys.argv[2]))
+"""
+
+
+def test_two_processes_save_kernels_for_different_arguments_at_once(tmp_path):
+    (tmp_path / "second.py").write_text("from numba import njit\n@njit\ndef second(rows):\n    return rows[1]\n")
+    env = os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+    command = [sys.executable, "-c", AT_ONCE, str(tmp_path)]
+    # With numba's index: both look for a free number, the second process writes the index last, the first its kernel.
+    both = [
+        subprocess.Popen([*command, step, *pauses], env=env, stdout=subprocess.PIPE, text=True)
+        for step, *pauses in (("1", "2", "4"), ("2", "4", "0"))
+    ]
+    assert [process.communicate(timeout=PATIENCE_S)[0] for process in both] == ["1.0\n", "2.0\n"]
+    then = subprocess.run([*command, "12"], env=env, capture_output=True, text=True, timeout=PATIENCE_S)
+    assert (then.stdout, then.stderr) == ("1.0 2.0\n", "")
+    assert len(list((tmp_path / "kept").rglob("*.nbc"))) == 2
