@@ -221,8 +221,7 @@ def first_of_engines(runs: Sequence[Timed], named: Collection[str], done: Collec
     """Return the first run of each engine that is not done, and all runs of named contestants."""
     seen, found = set(done), []
     for run in runs:
-        one = Contestant.of(run.run.engine, run.run.method)
-        if run.run.engine not in seen or str(one) in named or str(one.without_tolerance) in named:
+        if run.run.engine not in seen or Contestant.of(run.run.engine, run.run.method).is_among(named):
             found.append(run)
         seen.add(run.run.engine)
     return found

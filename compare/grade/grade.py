@@ -211,7 +211,8 @@ class Grade:
 
         These are a step that is no part of a row interval or of a tick, a tick that is nearly the row
         interval, factors that are nearly 1, too many values without a name, and those of a mistake that explains a part
-        of almost any error and leaves more than the digits do, or noise, or single precision alone.
+        of almost any error.  The last do not count where only digits or noise are left; nor, beside no other
+        fitted value, where single precision is.
         """
         if diagnosis.engines:
             return False

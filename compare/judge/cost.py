@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tumble.compare.judge.errors import Run
-from tumble.compare.run.contestant import MethodName
+from tumble.compare.run.contestant import Contestant
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.run.status import Failure
@@ -74,7 +74,7 @@ def time_runs(
         f"{number} {run.name}"
         for number, (_, runs) in enumerate(scenes)
         for run in runs
-        if reference in (run.name, f"{run.engine}:{MethodName.parse(run.method).without_tolerance}")
+        if Contestant.of(run.engine, run.method).is_among([reference])
     )
     found = costs(loads, sampling._replace(units=units & loads.keys()))
     times = []

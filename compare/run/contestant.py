@@ -1,6 +1,7 @@
 """The name of a contestant, ENGINE[@RELEASE]:METHOD[+VARIANT...][@TOLERANCE], taken apart and put together."""
 
 import re
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -111,6 +112,10 @@ class Contestant:
     def engine_release(self) -> str:
         """ENGINE[@RELEASE]."""
         return f"{self.engine}@{self.release}" if self.release else self.engine
+
+    def is_among(self, names: Collection[str]) -> bool:
+        """Return whether its name, or that without its tolerance, is one of these."""
+        return str(self) in names or str(self.without_tolerance) in names
 
     @property
     def without_tolerance(self) -> Self:

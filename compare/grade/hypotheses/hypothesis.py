@@ -2,12 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 
 from tumble.compare.grade.model.kernel.stepping import MOST_STEPS
 from tumble.compare.grade.model.program_model import ProgramModel
+from tumble.compare.grade.read.digits import vector_text
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 
@@ -17,10 +19,10 @@ STEPS = {
     0.005: "1/200 s", 1 / 240: "1/240 s", 0.002: "1/500 s", 0.001: "1/1000 s",
     0.0005: "1/2000 s",
 }  # fmt: skip
+# Instants at which the largest speeds are sought.
+PROBES = 64
 # Relative tolerance for treating two step sizes as equal.
 NEAR = 1e-4
-# Components below this share of the largest one are shown as 0.
-NOTHING = 1e-6
 # Numbers of rows that a tick may last.
 TICKS = (2, 3, 4, 5, 8, 10)
 # Steps in a row interval: most programs log every step, but a log can be sparse.
@@ -63,6 +65,17 @@ class Context:
     has_centre: bool = True
     offset: Array | None = None
     drift: Array | None = None
+
+    @cached_property
+    def probes(self) -> Array:
+        """Rows of a correct program at PROBES instants, (PROBES, 22), as `ProgramModel.simulate` has them."""
+        return self.program.simulate(np.linspace(0.0, self.duration, PROBES))
+
+    @property
+    def speeds(self) -> tuple[Array, Array]:
+        """The velocity of the centre [m/s] and the angular velocity [rad/s] at these instants, (PROBES,)."""
+        v, w = (np.linalg.norm(self.probes[:, columns], axis=1) for columns in (slice(12, 15), slice(15, 18)))
+        return v, w
 
     @property
     def ticks(self) -> dict[float, str]:
@@ -152,8 +165,7 @@ class Hypothesis:
     def text_with(self, value: Any) -> str:
         """Return the text with a value."""
         if self.scale:
-            least = NOTHING * max(map(abs, value))
-            return self.text.format(", ".join(f"{number if abs(number) > least else 0.0:.4g}" for number in value))
+            return self.text.format(vector_text(value))
         if self.choices:
             return self.text.format(self.choices[int(value)])
         named = f" ({self.named_values[value]})" if self.named_values.get(value) else ""

@@ -8,6 +8,7 @@ from tumble.compare.grade.measure.conserved import fitted_pose
 from tumble.compare.grade.measure.contacts import contacts
 from tumble.compare.grade.measure.errors import Measured, SampledRows
 from tumble.compare.grade.measure.offset import Offset
+from tumble.compare.grade.read.digits import vector_text
 from tumble.scenarios.frames import Array, turned_by
 from tumble.scenarios.scene import Scene
 
@@ -65,9 +66,9 @@ def _offset(offset: Offset, points: Array) -> Iterator[str]:
     """Yield the constant offset of the position, and the point of the body that was logged."""
     body, world = offset
     if body.any():
-        yield f"The centre of mass is off by {_vector(body)} m in body axes, in every row{_of(body, points)}."
+        yield f"The centre of mass is off by ({vector_text(body)}) m in body axes, in every row{_of(body, points)}."
     if world.any():
-        yield f"The centre of mass is off by {_vector(world)} m in world axes, in every row."
+        yield f"The centre of mass is off by ({vector_text(world)}) m in world axes, in every row."
 
 
 def _of(offset: Array, points: Array) -> str:
@@ -84,10 +85,6 @@ def _of(offset: Array, points: Array) -> str:
     return ": another point of the body was logged"
 
 
-def _vector(values: Array) -> str:
-    return "(" + ", ".join(f"{value:.4g}" for value in values) + ")"
-
-
 def _start(sample: SampledRows, visible_m: float, points: Array) -> Iterator[str]:
     """Yield how the first row differs from the scene's start, as far as its digits show; visible_m: [m]."""
     if sample.times[0] > 0 or len(points) < 4:
@@ -97,7 +94,7 @@ def _start(sample: SampledRows, visible_m: float, points: Array) -> Iterator[str
     off = is_[:3] - should[:3]
     parts = []
     if np.linalg.norm(off) > visible_m:
-        parts.append(f"its position is off by {_vector(off)} m")
+        parts.append(f"its position is off by ({vector_text(off)}) m")
     if turned * np.linalg.norm(points, axis=1).max() > visible_m:
         parts.append(f"it is rotated by {np.degrees(turned):.4g} degrees")
     if parts:

@@ -9,6 +9,8 @@ import numpy as np
 from tumble.scenarios.frames import Array
 
 NUMBER = re.compile(r"[+-]?(\d*)(?:\.(\d*))?(?:[eE]([+-]?\d{1,9}))?", re.ASCII)
+# Components below this share of the largest one are shown as 0.
+NOTHING = 1e-6
 # Nine significant digits distinguish a single-precision number from its neighbours, and from most doubles; with eight
 # most doubles, and with seven some, are not the nearest to any.
 DECISIVE = 9
@@ -116,3 +118,10 @@ def rounded_times(times: Array, place: float) -> bool:
         return False
     counts = intervals / least
     return uneven <= 2.01 * place or (len(times) >= FIXED and float(np.ptp(counts - np.round(counts))) > UNEVEN)
+
+
+def vector_text(values: Iterable[float]) -> str:
+    """Return numbers in four significant digits with commas, as 0 below a millionth of the largest one."""
+    numbers = [*values]
+    least = NOTHING * max(map(abs, numbers))
+    return ", ".join(f"{number if abs(number) > least else 0.0:.4g}" for number in numbers)

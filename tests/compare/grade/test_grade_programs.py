@@ -189,7 +189,7 @@ SINGLE = {
         None,
     ),
     "put to rest": (
-        smooth("dragged", rests=1.5, form=SIX),
+        smooth("dragged", dt=2e-4, every=125, rests=1.5, form=FOUR),
         "spin-threshold: below 1.5 rad/s",
         None,
     ),

@@ -46,7 +46,9 @@ def clocks(context: Context) -> Iterator[Hypothesis]:
         unit="s",
         neutral=0.0,
     )
+    kinds = [("", _faster)]
     if any(impulse.time > 0 for impulse in context.program.impulses):
+        kinds.append((", by which impulses act", _faster_but_for_impulses))
         yield Hypothesis(
             LOG_LAG,
             "clock offset",
@@ -58,9 +60,6 @@ def clocks(context: Context) -> Iterator[Hypothesis]:
             neutral=0.0,
         )
     half = int(np.clip(np.log(FASTEST) * context.duration / (TURN * context.turn_s), 10, 40))
-    kinds = [("", _faster)]
-    if any(impulse.time > 0 for impulse in context.program.impulses):
-        kinds.append((", by which impulses act", _faster_but_for_impulses))
     for which, change in kinds:
         yield Hypothesis(
             CLOCK_RATE,

@@ -20,8 +20,6 @@ from tumble.scenarios.scene import Scene
 
 STANDARD = 9.81  # m/s2
 SIZES = {9.8: "9.8 m/s2", 9.80665: "9.80665 m/s2", 10.0: "10 m/s2"}
-# Times at which the largest speed is sought.
-PROBES = 64
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 DIRECTIONS = tuple(sign * axis for axis in np.eye(3) for sign in (1.0, -1.0))
 # Default rates of engines [1/s].
@@ -36,8 +34,6 @@ UNLIKELY = 15.0
 SELDOM = 5.0
 # Coefficients of Dynamics.damping that it sets.
 BULLET_KINDS = (0, 1, 2, 3)
-# Columns of rows of the kernel.
-VELOCITY, SPIN = slice(12, 15), slice(15, 18)
 # Where a program in steps limits velocities, and a height; the first is what a continuous run does.
 CAP_PLACES = {
     CAP_FORCED: "",
@@ -224,9 +220,7 @@ def _drag(context: Context) -> Iterator[Hypothesis]:
 
 def _other_drag(context: Context) -> Iterator[Hypothesis]:
     """Yield drag by another power of the speed, or of each component by itself."""
-    program = context.program
-    rows = program.simulate(np.linspace(0.0, context.duration, PROBES))
-    fast, fast_spin = (float(np.linalg.norm(rows[:, columns], axis=1).max()) for columns in (VELOCITY, SPIN))
+    fast, fast_spin = (float(speeds.max()) for speeds in context.speeds)
     rates = np.array(grid(1e-3 / context.duration, 4 / context.duration, 9))
     for number, (name, part, text, unit, size) in enumerate(
         (
@@ -296,16 +290,14 @@ def _caps(context: Context) -> Iterator[Hypothesis]:
 
     A program in steps limits them after the forces, before these, or after it has moved the body.
     """
-    program = context.program
-    rows = program.simulate(np.linspace(0.0, context.duration, PROBES))
-    for (name, what, place, columns, named_values), (each, of, field) in product(
+    for (name, what, place, named_values), (each, of, field) in product(
         (
-            (SPIN_CAP, "angular velocity", 1, SPIN, SPIN_CAPS),
-            ("speed-cap", "velocity", 0, VELOCITY, SPEED_CAPS),
+            (SPIN_CAP, "angular velocity", 1, SPIN_CAPS),
+            ("speed-cap", "velocity", 0, SPEED_CAPS),
         ),
         (("", "", "caps"), ("-of-components", "each component of the ", "component_caps")),
     ):
-        fastest = float(np.linalg.norm(rows[:, columns], axis=1).max())
+        fastest = float(context.speeds[place].max())
         for cap_place, where in CAP_PLACES.items() if fastest > 0 else ():
             yield Hypothesis(
                 name + each,
@@ -336,8 +328,7 @@ def _floors(context: Context) -> Iterator[Hypothesis]:
     if not size or not context.has_centre:
         return
     up = -program.gravity / size
-    x = program.simulate(np.linspace(0.0, context.duration, PROBES))[:, 0:3]
-    if (x @ up).min() >= 0:
+    if (context.probes[:, 0:3] @ up).min() >= 0:
         return
     for floor_place, where in FLOOR_PLACES.items():
         for name, text, shares in (

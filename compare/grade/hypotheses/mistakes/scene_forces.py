@@ -20,8 +20,6 @@ USUAL_FACTORS = {0.5: "half", 2.0: "double"}
 PLAIN, POWERS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0), range(-3, 3)
 # A speed that falls below this share of its largest value can fall below a threshold.
 MUCH_SLOWER = 0.5
-PROBES = 64
-VELOCITY, SPIN = slice(12, 15), slice(15, 18)
 POINT, ANCHOR, REST_LENGTH = slice(0, 3), slice(3, 6), 8
 
 
@@ -36,7 +34,7 @@ def scene_forces(context: Context) -> Iterator[Hypothesis]:
     if TETHER in acting(context.scene):
         yield from _tethers(context)
     if takes_energy(context.scene):
-        yield from _thresholds(context.program, context.duration)
+        yield from _thresholds(context)
 
 
 def _left_out(law: Law, scene: Scene) -> Iterator[Hypothesis]:
@@ -330,14 +328,13 @@ def _relaxed(rows: Array, program: ProgramModel) -> Array:
     return _set(rows, REST_LENGTH, np.linalg.norm(ends - rows[:, ANCHOR], axis=1))
 
 
-def _thresholds(program: ProgramModel, duration: float) -> Iterator[Hypothesis]:
+def _thresholds(context: Context) -> Iterator[Hypothesis]:
     """Yield that a slow body is put to rest, below a threshold that a person chose."""
-    rows = program.simulate(np.linspace(0.0, duration, PROBES))
-    for name, what, place, columns, unit in (
-        ("speed-threshold", "velocity", 0, VELOCITY, "m/s"),
-        ("spin-threshold", "angular velocity", 1, SPIN, "rad/s"),
+    for name, what, place, unit in (
+        ("speed-threshold", "velocity", 0, "m/s"),
+        ("spin-threshold", "angular velocity", 1, "rad/s"),
     ):
-        speeds = np.linalg.norm(rows[:, columns], axis=1)
+        speeds = context.speeds[place]
         least, most = float(speeds.min()), float(speeds.max())
         chosen = [digit * 10.0**power for power in POWERS for digit in PLAIN]
         thresholds = tuple(value for value in chosen if least < value < most)

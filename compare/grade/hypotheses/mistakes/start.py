@@ -7,6 +7,7 @@ import numpy as np
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice
 from tumble.compare.grade.hypotheses.mistakes.axes import axis_names, signed_permutations
 from tumble.compare.grade.model.program_model import ProgramModel
+from tumble.compare.grade.read.digits import vector_text
 from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
 
 POSITION, ATTITUDE, VELOCITY, SPIN = slice(0, 3), slice(3, 7), slice(7, 10), slice(10, 13)
@@ -59,9 +60,9 @@ def start(context: Context) -> Iterator[Hypothesis]:
     changes.append(("start-attitude-inverted", "start attitude", "start attitude inverted", ATTITUDE, inverse))
     if first is not None:
         x, q = first[:3], first[3:]
-        text = f"start position x = {_numbers(x)} m differs from the scene"
+        text = f"start position x = ({vector_text(x)}) m differs from the scene"
         changes.append(("wrong-start-position", "start position", text, POSITION, x))
-        text = f"start attitude {_numbers(quaternion_product(q, file_axes))} differs from the scene"
+        text = f"start attitude ({vector_text(quaternion_product(q, file_axes))}) differs from the scene"
         changes.append(("wrong-start-attitude", "start attitude", text, ATTITUDE, q))
     for name, part, text, place, value in changes:
         if _differs(program.start[place], value, place):
@@ -163,7 +164,3 @@ def _differs(one: Array, other: Array, place: slice) -> bool:
     if place == ATTITUDE:
         return bool(abs(abs(one @ other) / np.linalg.norm(one) / np.linalg.norm(other) - 1) > 1e-12)
     return bool((one != other).any())
-
-
-def _numbers(values: Array) -> str:
-    return "(" + ", ".join(f"{value:.4g}" for value in values) + ")"

@@ -230,9 +230,11 @@ def slope(motion: Motion, dynamics: Dynamics, push: Push, stored: int, step: flo
     a, alpha = damped(a, alpha, 1.0, step, motion.v, motion.w_body, motion.q, dynamics)
     if dynamics.is_capped:
         a, alpha = _held(a, motion.v, dynamics.caps[0]), _held(alpha, motion.w_body, dynamics.caps[1])
-        a = _held_components(a, motion.v, dynamics.component_caps[0])
-        w, change = rotate(motion.q, motion.w_body), rotate(motion.q, alpha)
-        alpha = rotate_back(motion.q, _held_components(change, w, dynamics.component_caps[1]))
+        most, most_w = dynamics.component_caps
+        if min(most, most_w) < math.inf:
+            a = _held_components(a, motion.v, most)
+            w, change = rotate(motion.q, motion.w_body), rotate(motion.q, alpha)
+            alpha = rotate_back(motion.q, _held_components(change, w, most_w))
     return Motion(motion.v, product_vector(motion.q, scale(0.5, turns)), a, alpha)
 
 

@@ -36,6 +36,8 @@ WIDTH = 22
 MOST_STEPS, MOST_RADIANS = 100_000, 1_000.0
 # Rounding error of an interval of whole steps, over a step.
 NEARLY = 1e-9
+# Least share of a step, where a step is divided.
+LEAST_SHARE = 1e-3
 # A speed that is as good as 0 [m/s].
 TINY = 1e-300
 
@@ -78,6 +80,28 @@ def _at_rest(motion: Motion, dynamics: Dynamics) -> Motion:
     if dot(w, w) < slow_spin * slow_spin:
         w = (0.0, 0.0, 0.0)
     return Motion(motion.x, motion.q, v, w)
+
+
+@inner
+def _share_above(before: float, after: float, threshold: float) -> float:
+    """Return the share of a step after which a squared speed is below a threshold, or 1; the speed is taken as linear.
+
+    The share is no smaller than a thousandth, so that every part of a step gets on.
+    """
+    if threshold == 0.0 or before < threshold * threshold or after >= threshold * threshold:
+        return 1.0
+    first, last = math.sqrt(before), math.sqrt(after)
+    return max(LEAST_SHARE, (first - threshold) / (first - last))
+
+
+@inner
+def _share_awake(before: Motion, after: Motion, dynamics: Dynamics) -> float:
+    """Return the share of a step after which a velocity is below its threshold, or 1."""
+    slow, slow_spin = dynamics.thresholds
+    return min(
+        _share_above(dot(before.v, before.v), dot(after.v, after.v), slow),
+        _share_above(dot(before.w_body, before.w_body), dot(after.w_body, after.w_body), slow_spin),
+    )
 
 
 @inner
@@ -155,30 +179,30 @@ def integrate(
                 if smooth or ratio > most:
                     dt = interval / count
                 if smooth:
-                    before = motion
-                    motion = continuous_step(_limited(motion, dynamics), dt, dynamics, push, scheme.stored)
-                    motion = _limited(motion, dynamics)
-                    if floor:
-                        motion = _above_floor(motion, before, dt, dynamics, True)
-                    if sleeps:
-                        motion = _at_rest(motion, dynamics)
+                    part = dt  # the step is divided where a velocity falls below its threshold
+                    while dt > 0.0:
+                        after = continuous_step(_limited(motion, dynamics), part, dynamics, push, scheme.stored)
+                        after = _limited(after, dynamics)
+                        if floor:
+                            after = _above_floor(after, motion, part, dynamics, True)
+                        share = _share_awake(motion, after, dynamics) if sleeps and part == dt else 1.0
+                        if share < 1.0:
+                            part = share * dt
+                        else:
+                            motion = _at_rest(after, dynamics) if sleeps else after
+                            dt -= part
+                            part = dt
                     continue
                 if floor and dynamics.floor_place == FLOOR_BEFORE:
                     motion = _above_floor(motion, motion, dt, dynamics, False)
-                if scheme.attitude == RUNGE_KUTTA:
-                    if dynamics.cap_place == CAP_BEFORE:
-                        motion = runge_kutta_step(_limited(motion, dynamics), dt, dynamics, push, scheme)
-                    else:
-                        motion = _limited(runge_kutta_step(motion, dt, dynamics, push, scheme), dynamics)
-                    if floor and dynamics.floor_place == FLOOR_AFTER:
-                        motion = _above_floor(motion, motion, dt, dynamics, False)
-                    if sleeps:
-                        motion = _at_rest(motion, dynamics)
-                    if scheme.precision != DOUBLE:
-                        motion = to_single(motion, scheme.precision)
-                    continue
-                motion, growth = euler_step(motion, dt, dynamics, push, scheme, steps >= scheme.idle_steps)
-                steps += 1
+                growth = 1.0
+                if scheme.attitude != RUNGE_KUTTA:
+                    motion, growth = euler_step(motion, dt, dynamics, push, scheme, steps >= scheme.idle_steps)
+                    steps += 1
+                elif dynamics.cap_place == CAP_BEFORE:
+                    motion = runge_kutta_step(_limited(motion, dynamics), dt, dynamics, push, scheme)
+                else:
+                    motion = _limited(runge_kutta_step(motion, dt, dynamics, push, scheme), dynamics)
                 if floor and dynamics.floor_place == FLOOR_AFTER:
                     motion = _above_floor(motion, motion, dt, dynamics, False)
                 if sleeps:
