@@ -128,3 +128,9 @@ def test_a_coarse_run_is_precise_while_a_short_force_spins_the_body_up():
     program = correct_program(read_scene("die-vertex"), 0).but(application=ImpulseApplication(lasts=0.0025))
     rows, right = (program.simulate(TIMES, fineness) for fineness in (0.15, 0.001))
     assert np.abs(rows[:, 3:12] - right[:, 3:12]).max() < 1e-5  # of one step in the force: 6e-4
+
+
+def test_a_run_that_diverged_ends_though_a_body_is_put_to_rest_below_a_speed():
+    program = correct_program(STRAIGHT_FALL, 0)
+    start = program.start + np.where(np.arange(13) == 7, np.nan, 0.0)
+    assert np.isnan(program.but(start=start, thresholds=(0.3, 0.0)).simulate(TIMES)[:, 12]).all()

@@ -36,7 +36,7 @@ WIDTH = 22
 MOST_STEPS, MOST_RADIANS = 100_000, 1_000.0
 # Rounding error of an interval of whole steps, over a step.
 NEARLY = 1e-9
-# Least share of a step, where a step is divided.
+# Least share of a step, where a step is divided: so every part of it gets on.
 LEAST_SHARE = 1e-3
 # A speed that is as good as 0 [m/s].
 TINY = 1e-300
@@ -84,14 +84,11 @@ def _at_rest(motion: Motion, dynamics: Dynamics) -> Motion:
 
 @inner
 def _share_above(before: float, after: float, threshold: float) -> float:
-    """Return the share of a step after which a squared speed is below a threshold, or 1; the speed is taken as linear.
-
-    The share is no smaller than a thousandth, so that every part of a step gets on.
-    """
-    if threshold == 0.0 or before < threshold * threshold or after >= threshold * threshold:
-        return 1.0
-    first, last = math.sqrt(before), math.sqrt(after)
-    return max(LEAST_SHARE, (first - threshold) / (first - last))
+    """Return the share of a step after which a speed that changes linearly is below a threshold, or 1; of squares."""
+    if before >= threshold * threshold > after:  # neither is true of a run that diverged
+        first, last = math.sqrt(before), math.sqrt(after)
+        return (first - threshold) / (first - last)
+    return 1.0
 
 
 @inner
@@ -179,15 +176,15 @@ def integrate(
                 if smooth or ratio > most:
                     dt = interval / count
                 if smooth:
-                    part = dt  # the step is divided where a velocity falls below its threshold
+                    part, least = dt, LEAST_SHARE * dt  # divided where a velocity falls below its threshold
                     while dt > 0.0:
                         after = continuous_step(_limited(motion, dynamics), part, dynamics, push, scheme.stored)
                         after = _limited(after, dynamics)
                         if floor:
                             after = _above_floor(after, motion, part, dynamics, True)
                         share = _share_awake(motion, after, dynamics) if sleeps and part == dt else 1.0
-                        if share < 1.0:
-                            part = share * dt
+                        if share < 1.0 and least < dt:
+                            part = max(share * dt, least)
                         else:
                             motion = _at_rest(after, dynamics) if sleeps else after
                             dt -= part
