@@ -183,8 +183,9 @@ def integrate(
                         if floor:
                             after = _above_floor(after, motion, part, dynamics, True)
                         share = _share_awake(motion, after, dynamics) if sleeps and part == dt else 1.0
-                        if share < 1.0 and least < dt:
-                            part = max(share * dt, least)
+                        shorter = max(share * dt, least)
+                        if shorter < dt:  # also after rounding, so that each pass is shorter or gets on
+                            part = shorter
                         else:
                             motion = _at_rest(after, dynamics) if sleeps else after
                             dt -= part
