@@ -39,11 +39,11 @@ def kept(tmp_path_factory) -> tuple[Path, str]:
     return folder / "kept", done.stdout
 
 
-@pytest.mark.parametrize(("ending", "share"), [("nbc", 0.0), ("nbc", 0.5)])
-def test_a_damaged_kernel_is_compiled_anew(tmp_path, kept, ending, share):
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_a_damaged_kernel_is_compiled_anew(tmp_path, kept, share):
     folder, said = kept
     shutil.copytree(folder, tmp_path / "kept")
-    damaged = list((tmp_path / "kept").rglob(f"*.{ending}"))
+    damaged = list((tmp_path / "kept").rglob("*.nbc"))
     assert len(damaged) > 1
     for path in damaged:
         path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
