@@ -1,25 +1,30 @@
 """The noise of rows, from the rows alone: high differences of neighbouring rows leave noise of a smooth motion.
 
-Source: Press et al., "Numerical Recipes" (2007), on differences; the variance of the k-th difference of white noise is
-binomial(2k, k) times its own, and neighbouring ones have a correlation of -k/(k + 1).
+Rows may be missing, as in a subsample: so the differences are divided ones, times a factor that leaves the variance of
+white noise as it is (Stoer and Bulirsch, "Introduction to Numerical Analysis" (2002), section 2.1.3).
 """
 
-from math import comb, sqrt
+from math import sqrt
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from tumble.scenarios.frames import Array
 
 # The order of the differences: of the centre, which few forces move, of rows between many impulses and of others; and
 # of vertices, which rotate as well.  The fewest numbers that show noise.
 OF_CENTRE, OF_VERTICES, FEWEST = (4, 8), 8, 12
-# Intervals that differ by less than this share are equal.
-EQUAL = 1e-4
+# Intervals that differ by less than this share are equal.  No difference spans one of more row intervals.
+EQUAL, LONGEST = 1e-4, 3
 # Differences beyond this many medians are of an event, such as an impact.
 OUTLIER = 6.0
 # One plus the correlation of neighbouring differences, over that of white noise: noise and some motion have a higher
 # one, and rows that are half a turn apart 0.
 LEAST, MOST = 0.36, 2.7
+# Noise is a third along the motion; of rows that show the physics at other times, as between its ticks, nearly all is.
+ALONG = 0.9
+# A squared distance that is as good as 0 [m2].
+TINY = 1e-300
 # The standard deviation of normal deviations, over the median of their sizes.
 OF_MEDIAN = 1.4826
 
@@ -33,28 +38,40 @@ def white_noise_m(
     times; are_independent: each vertex was measured, so the noise of their mean is smaller.
     """
     steps = np.diff(times)
-    usual = float(np.median(steps)) if len(steps) else 0.0
-    broken = np.abs(steps - usual) > EQUAL * usual + 2 * rounding_s
+    if len(steps) < FEWEST or not steps.min() > 0.0:
+        return 0.0
+    counts = np.rint(steps / steps.min())
+    usual = float(np.median(steps / counts))
+    broken = (np.abs(steps - counts * usual) > EQUAL * usual + 2 * rounding_s) | (counts > LONGEST)
     broken |= np.isin(np.arange(len(steps)), np.searchsorted(times, events) - 1)
+    times = np.concatenate(([0.0], np.cumsum(counts)))
     centre, larger = vertices.mean(axis=1), sqrt(vertices.shape[1]) if are_independent else 1.0
     for order in OF_CENTRE:
-        if noise_m := _noise_of(centre, broken, order):
+        if noise_m := _noise_of(times, centre[:, None], broken, order):
             return larger * noise_m
-    return _noise_of(vertices.reshape(len(times), -1), broken, OF_VERTICES)
+    return _noise_of(times, vertices, broken, OF_VERTICES)
 
 
-def _noise_of(numbers: Array, broken: np.ndarray, order: int) -> float:
-    """Return the standard deviation of white noise in columns of rows, (S, N), or 0; broken: intervals, (S - 1,)."""
-    if len(numbers) <= order + 1:
+def _noise_of(times: Array, places: Array, broken: np.ndarray, order: int) -> float:
+    """Return the standard deviation of white noise in places [m], (S, K, 3), or 0; broken: intervals, (S - 1,)."""
+    if len(places) <= order + 1:
         return 0.0
     spans = np.convolve(broken, np.ones(order), "valid") == 0
-    differences = np.diff(numbers, order, axis=0)
+    windows = sliding_window_view(times, order + 1)
+    factors = 1.0 / (windows[:, :, None] - windows[:, None] + np.eye(order + 1)).prod(axis=2)
+    factors /= np.linalg.norm(factors, axis=1)[:, None]
+    differences = np.einsum("wo,wkio->wki", factors, sliding_window_view(places, order + 1, axis=0))
     median = float(np.median(np.abs(differences[spans]))) if spans.any() else 0.0
-    kept = spans & (np.abs(differences).max(axis=1) <= OUTLIER * OF_MEDIAN * median)
+    kept = spans & (np.abs(differences).max(axis=(1, 2)) <= OUTLIER * OF_MEDIAN * median)
     pairs = kept[:-1] & kept[1:]
     before, after = differences[:-1][pairs], differences[1:][pairs]
     size = float(np.linalg.norm(before) * np.linalg.norm(after))
     if len(before) < FEWEST or not size > 0.0:
         return 0.0
-    share = (1.0 + float((before * after).sum()) / size) * (order + 1)
-    return OF_MEDIAN * median / sqrt(comb(2 * order, order)) if LEAST <= share <= MOST else 0.0
+    moved = (places[order:] - places[:-order])[kept]
+    along = np.square((differences[kept] * moved).sum(axis=2)) / np.maximum(np.square(moved).sum(axis=2), TINY)
+    if along.sum() > ALONG * np.square(differences[kept]).sum():
+        return 0.0
+    white = float((factors[:-1, 1:] * factors[1:, :-1]).sum(axis=1)[pairs].mean())
+    share = (1.0 + float((before * after).sum()) / size) / (1.0 + white)
+    return OF_MEDIAN * median if LEAST <= share <= MOST else 0.0

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tumble.compare.grade.measure.errors import golden_subsample
 from tumble.compare.grade.measure.noise import white_noise_m
 from tumble.scenarios.frames import rotation_matrix
 from tumble.scenarios.read import read_scene
@@ -37,6 +38,25 @@ def test_noise_is_measured_by_the_centre_of_a_body_that_rotates_fast():
     vertices = (places + noise)[:, None] + corners
     assert white_noise_m(times, vertices, np.empty(0)) == pytest.approx(1e-4, rel=0.35)
     assert white_noise_m(times, places[:, None] + corners, np.empty(0)) < 1e-12
+
+
+def test_a_subsample_shows_the_noise_of_all_rows():
+    times, vertices = flown(800)
+    noise = 1e-4 * np.random.default_rng(8).standard_normal(vertices.shape)
+    some = golden_subsample(len(times), 400)
+    assert len(np.unique(np.diff(some))) > 1
+    found = white_noise_m(times[some], (vertices + noise)[some], EVENTS, are_independent=True)
+    assert found == pytest.approx(1e-4, rel=0.35)
+
+
+@pytest.mark.parametrize(("rows", "tick"), [(181, 0.02), (289, 1 / 60), (241, 0.0023), (800, 1 / 144)])
+def test_rows_between_ticks_have_no_noise(rows, tick):
+    times, _ = flown(rows)
+    reached = np.unique(tick * np.floor(times / tick + 1e-9))
+    ticks = truth(replace(SCENE, times=reached[1:]), with_input_error=False).vertices[:, 0]
+    held = ticks[np.searchsorted(reached, times + 1e-9, side="right") - 1]
+    some = golden_subsample(rows, 400)
+    assert white_noise_m(times[some], held[some], EVENTS) == 0.0
 
 
 def test_rounded_times_are_even():
