@@ -12,10 +12,12 @@ them.
 """
 
 from collections.abc import Callable
+from functools import cached_property, update_wrapper
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from numba import njit
+from numba import njit, types
+from numba.extending import typeof_impl
 
 from tumble.kernel_cache import keep
 from tumble.kernel_parts import KernelCompiler, PartCompiler
@@ -37,6 +39,29 @@ INNER_OPTIONS: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "pipelin
 BORROWING_OPTIONS: dict[str, Any] = {**INNER_OPTIONS, "_nrt": False}
 
 
+class Scalar:
+    """A function that is a part of kernels, and that Python can call as well."""
+
+    def __init__(self, function: Callable) -> None:
+        update_wrapper(self, function)
+        self.py_func = function
+        self.part = njit(**INNER_OPTIONS)(function)
+
+    @cached_property
+    def whole(self) -> Any:
+        """What Python calls, with the wrapper for it."""
+        return njit(**OPTIONS)(self.py_func)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call it from Python."""
+        return self.whole(*arguments)
+
+
+@typeof_impl.register(Scalar)
+def _part_of_kernels(function: Scalar, _: Any) -> types.Dispatcher:
+    return types.Dispatcher(function.part)
+
+
 def scalar(function: F) -> F:
     """Compile a function on numbers and tuples of numbers, to be called from kernels.
 
@@ -49,7 +74,7 @@ def scalar(function: F) -> F:
     -------
     the compiled function
     """
-    return cast(F, njit(**OPTIONS)(function))
+    return cast(F, Scalar(function))
 
 
 def inner(function: F) -> F:

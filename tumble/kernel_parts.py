@@ -1,4 +1,4 @@
-"""Compiles parts of kernels only as far as kernels need them: a tenth to a quarter less to wait for the first time.
+"""Compiles kernels with the steps that they need, and parts of kernels only as far as kernels need them.
 
 Left to itself numba optimises each function and turns it into machine code, also one that only other compiled functions
 call, which get its optimised text and do both again.  A part stays text, and what it calls is linked to it; a kernel is
@@ -12,12 +12,14 @@ from types import SimpleNamespace
 from typing import Any
 
 import numba
+from numba.core import typed_passes, untyped_passes
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.compiler import Compiler
+from numba.core.compiler_machinery import PassManager
 
 IS_KNOWN = (0, 61) <= tuple(map(int, numba.__version__.split(".")[:2])) <= (0, 68)
 # Before numba 0.62 LLVM's passes belonged to one module.
-PASSES_OF_A_MODULE = IS_KNOWN and len(signature(JITCPUCodegen._function_pass_manager).parameters) > 1
+PASSES_OF_A_MODULE = IS_KNOWN and "llvm_module" in signature(JITCPUCodegen._function_pass_manager).parameters
 
 
 class KernelLibrary(JITCodeLibrary):
@@ -28,9 +30,10 @@ class KernelLibrary(JITCodeLibrary):
             super()._optimize_functions(ll_module)
             return
         ll_module.data_layout = self._codegen._data_layout
-        super()._optimize_functions(
-            SimpleNamespace(functions=[each for each in ll_module.functions if not each.is_declaration])
-        )
+        passes, builder = self._codegen._function_pass_manager()
+        for function in ll_module.functions:
+            if not function.is_declaration:
+                passes.run(function, builder)
 
 
 class PartLibrary(KernelLibrary):
@@ -56,6 +59,36 @@ class PartLibrary(KernelLibrary):
 
 class _WithLibrary(Compiler):
     library_class: type[JITCodeLibrary]
+
+    def define_pipelines(self) -> list[PassManager]:
+        """Return numba's steps, without those for what no kernel has.
+
+        That is `with`, closures, `literal_unroll`, an exception whose arguments are computed, and whole arrays in an
+        expression; and without the notes for `inspect_types`.  Each step looks through the whole function, and several
+        compute again where its variables live.  IRLegalization marks where that ends, which LLVM needs to know.
+        """
+        steps = PassManager("nopython")
+        for step in (
+            untyped_passes.TranslateByteCode,
+            untyped_passes.FixupArgs,
+            untyped_passes.IRProcessing,
+            untyped_passes.RewriteSemanticConstants,
+            untyped_passes.DeadBranchPrune,
+            untyped_passes.GenericRewrites,
+            untyped_passes.InlineInlinables,
+            untyped_passes.DeadBranchPrune,
+            untyped_passes.ReconstructSSA,
+            untyped_passes.DeadBranchPrune,
+            typed_passes.NopythonTypeInference,
+            typed_passes.PreLowerStripPhis,
+            typed_passes.InlineOverloads,
+            typed_passes.IRLegalization,
+            typed_passes.NativeLowering,
+            typed_passes.NoPythonBackend,
+        ):
+            steps.add_pass(step, step.__name__)
+        steps.finalize()
+        return [steps]
 
     def compile_extra(self, func: Any) -> Any:
         """Compile a function into a library of the class."""
