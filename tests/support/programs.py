@@ -37,6 +37,7 @@ class Program:
     """What a program does: as it stands every field is right, but for the size of the step.
 
     dt [s]; every: steps from row to row; method: of a step; axes: where it keeps w, or L; turn: how it turns q or R;
+    stages: what becomes of the quaternion of a stage of rk4, which is longer than 1;
     fall: of x in a step; lasts: an impulse is a force for so many s; held: what stays while it acts; arm: its lever;
     damped: how v and w are damped, linear and angular [1/s]; clock: t = (physics - ahead) / rate, of
     physics that moves in ticks of so many steps; until: the last row [s]; drags, hangs: the law of the scene's drag and
@@ -46,7 +47,8 @@ class Program:
 
     dt: float = 0.002
     every: int = 10
-    method: str = "rk4"  # explicit, symplectic
+    method: str = "rk4"  # explicit, symplectic, leapfrog
+    stages: str = "unit in R"  # normalised, raw, raw with R I^-1 R^T
     axes: str = "world"  # body, momentum
     turn: str = "quaternion"  # exponential, matrix
     fall: str = ""  # explicit, symplectic, parabola; "" as the method
@@ -143,6 +145,18 @@ def matrix(q):
             [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
             [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
             [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
+        ]
+    )
+
+
+def matrix_of_unit(q):
+    """Return the rotation matrix of a quaternion by the formula that takes its length as 1."""
+    w, x, y, z = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
 
@@ -249,6 +263,12 @@ class Simulation:
 
     # --- motion -------------------------------------------------------------------------------------------------------
 
+    def response(self, R, torque):
+        """Return the change of w by a torque, or the w of an angular momentum, world axes."""
+        if self.program.stages == "raw":
+            return np.linalg.solve(R @ self.inertia @ R.T, torque)
+        return R @ self.inverse @ R.T @ torque
+
     def angular(self, R, w, torque):
         """Return dw/dt, of w in world axes."""
         term = cross(w, R @ self.inertia @ R.T @ w)
@@ -259,25 +279,29 @@ class Simulation:
                 return R @ self.inverse @ R.T @ torque + self.turning(R, w)[1]
             case "reversed":  # in body axes, where I w' = +w x I w
                 return R @ self.inverse @ R.T @ (torque + term) + self.turning(R, w)[1]
-        return R @ self.inverse @ R.T @ (torque - term)
+        return self.response(R, torque - term)
 
     def turning(self, R, w):
         """Return the rate at which R turns, world axes, and dw/dt of a w that stands still in the body."""
         rate = R @ w if self.program.wrong_side else w
         return rate, cross(rate, w)
 
-    def slope(self, x, q, v, w):
-        """Return the derivatives of x, q, v, w."""
-        R = matrix(q / np.sqrt(q @ q))
+    def slope(self, x, q, v, spin):
+        """Return the derivatives of x, q, v and w, or L."""
+        program = self.program
+        if program.stages == "normalised":
+            q = q / np.sqrt(q @ q)
+        R = matrix_of_unit(q) if program.stages.startswith("raw") else matrix(q / np.sqrt(q @ q))
+        w = self.response(R, spin) if program.axes == "momentum" else spin
         force, torque = self.forces(x, R, v, w)
-        half = self.program.number(0.5)
-        spin = half * np.array([self.program.number(0), *w])
-        turned = multiply(q, spin) if self.program.wrong_side else multiply(spin, q)
-        return v, turned, force / self.mass, self.angular(R, w, torque)
+        half = program.number(0.5) * np.array([program.number(0), *w])
+        turned = multiply(q, half) if program.wrong_side else multiply(half, q)
+        return v, turned, force / self.mass, torque if program.axes == "momentum" else self.angular(R, w, torque)
 
     def rk4(self, dt):
         """Take a step by the classical Runge-Kutta method."""
-        state = self.x, self.q, self.v, self.w
+        is_momentum = self.program.axes == "momentum"
+        state = self.x, self.q, self.v, self.L if is_momentum else self.w
 
         def along(by, slope):
             return [part + by * rate for part, rate in zip(state, slope, strict=True)]
@@ -289,9 +313,28 @@ class Simulation:
         k4 = self.slope(*along(dt, k3))
         six = self.program.number(6)
         mean = [(a + 2 * b + 2 * c + d) / six for a, b, c, d in zip(k1, k2, k3, k4, strict=True)]
-        self.x, self.q, self.v, self.w = along(dt, mean)
+        self.x, self.q, self.v, spin = along(dt, mean)
         self.q = self.q / np.sqrt(self.q @ self.q)
         self.R = matrix(self.q)
+        self.L, self.w = (spin, self.R @ self.inverse @ self.R.T @ spin) if is_momentum else (self.L, spin)
+
+    def leapfrog(self, dt):
+        """Take a step: half of the forces, the rotation by the w of half of it, half of the forces; L is kept."""
+        self.kick(dt / 2)
+        self.x = self.x + dt * self.v
+        start = self.q, self.R
+        self.rotate(dt / 2, self.R @ self.inverse @ self.R.T @ self.L)
+        w = self.R @ self.inverse @ self.R.T @ self.L
+        self.q, self.R = start
+        self.rotate(dt, w)
+        self.kick(dt / 2)
+        self.w = self.R @ self.inverse @ self.R.T @ self.L
+
+    def kick(self, dt):
+        """Change v and L by the forces of a time."""
+        w = self.R @ self.inverse @ self.R.T @ self.L
+        force, torque = self.forces(self.x, self.R, self.v, w)
+        self.v, self.L = self.v + dt / self.mass * force, self.L + dt * torque
 
     def euler(self, dt):
         """Take a step by one of Euler's methods."""
@@ -376,7 +419,7 @@ class Simulation:
             clock = (now - program.ahead) / program.rate
             if n % program.every == 0 and clock > -1e-9:
                 yield max(clock, 0.0), *shown
-            (self.rk4 if program.method == "rk4" else self.euler)(dt)
+            {"rk4": self.rk4, "leapfrog": self.leapfrog}.get(program.method, self.euler)(dt)
             if program.damps == "last":
                 self.v = self.slowed(self.v, program.linear, dt)
                 self.w = self.slowed(self.w, program.angular, dt)

@@ -105,6 +105,17 @@ def matrix(q: Quaternion) -> Matrix:
     )
 
 
+def matrix_of_unit(q: Quaternion) -> Matrix:
+    """Return the matrix by the formula for quaternions of length 1; of no other quaternion is it a rotation."""
+    w, x, y, z = q
+    one = type(w)(1.0)
+    return (
+        (one - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), one - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), one - 2 * (x * x + y * y)),
+    )
+
+
 def transposed(m: Matrix) -> Matrix:
     """Return the transpose."""
     return ((m[0][0], m[1][0], m[2][0]), (m[0][1], m[1][1], m[2][1]), (m[0][2], m[1][2], m[2][2]))

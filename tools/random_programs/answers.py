@@ -32,11 +32,11 @@ from tools.random_programs.exact import Exact
 from tools.random_programs.mistakes import KINDS
 from tools.random_programs.mistakes.log import with_axes, with_q
 from tools.random_programs.mistakes.rotation import resize
-from tools.random_programs.names import BACK, DECAYS, GYROSCOPIC, MAIN, PLACES, STEPS, TURNING, VELOCITY
+from tools.random_programs.names import BACK, DECAYS, GYROSCOPIC, MAIN, PLACES, STAGES, STEPS, TURNING, VELOCITY
 from tools.random_programs.program import Case
 from tools.random_programs.scene import Impulse, Scene
 from tools.random_programs.scene_forces import MAKES
-from tools.random_programs.scheme import SPLIT, Damping, Reading, Scheme
+from tools.random_programs.scheme import RAW, RAW_INVERSE, SPLIT, VERLET, Damping, Reading, Scheme
 from tools.random_programs.simulation import Load, Rows, Simulation
 
 Plant = Callable[[Simulation], None]
@@ -159,20 +159,25 @@ def _stepped(
         centre=int(claim.number("substeps") or 1),
         recovers="spin-from-attitude-difference" in names,
         velocity=next((how for how, moves in VELOCITY.items() if moves == _moves(names)), "world"),
+        stages=next(stages for stages, name in STAGES.items() if name == said.get("stages", "")),
     )
     if said.get("normalised") == "never" or claim.name == "quaternion-never-normalised":
         own = replace(own, normalises=0)
     elif "quaternion-rarely-normalised" in names:
         own = replace(own, normalises=int(names["quaternion-rarely-normalised"].parameters["choice"]))
-    if method != SPLIT:
+    turns = {name: kind for kind, name in TURNING.items()}
+    if method == VERLET:
+        keeps = "momentum" if said.get("stored") else "world"
+        yield replace(own, keeps=keeps, turning=turns.get(said.get("rotation", ""), "exponential"))
+    elif method != SPLIT:
         stored = said.get("stored", "")
-        yield from (replace(own, keeps=keeps) for keeps in ((stored,) if stored in KEEPS else KEEPS))
+        kept = KEEPS[::2] if own.stages in (RAW, RAW_INVERSE) else KEEPS
+        yield from (replace(own, keeps=keeps) for keeps in ((stored,) if stored in KEEPS else kept))
     if method not in (SPLIT, "explicit Euler"):
         return
     spins = {name: kind for kind, name in GYROSCOPIC.items() if name}
     spin = spins.get(said.get("gyroscopic", ""), "explicit")
     spin = "none" if "gyroscopic-term-missing" in names else spin
-    turns = {name: kind for kind, name in TURNING.items()}
     damping = Damping()
     for kind in ("linear", "angular"):
         if f"{kind}-damping" in names:

@@ -214,6 +214,12 @@ GYROSCOPIC = {
     "Heun": "heun",
     "order 4": "runge-kutta-4",
 }
+STAGES = {
+    "unit in R": "",
+    "normalised": "normalised",
+    "raw": "not normalised",
+    "raw, R I^-1 R^T": "not normalised, R I^-1 R^T",
+}
 TURNING = {
     "exponential": "exponential",
     "first order": "first order",
@@ -293,9 +299,9 @@ def fits(name: Name, claim: Claim, params: Params, scene: Scene, tolerance: floa
 
 def step_fits(claim: Claim, params: Params) -> bool:
     """Whether the details of a step that a claim has are those of the scheme; what it leaves open is right."""
-    if params["method"] != "split":
-        return True
     said = claim.parameters
+    if params["method"] != "split":
+        return said.get("stages", "") in ("", STAGES[str(params["stages"])])
     gyroscopic, rotation = said.get("gyroscopic", ""), said.get("rotation", "")
     return gyroscopic in ("", GYROSCOPIC.get(str(params["gyroscopic"]))) and rotation in (
         "",

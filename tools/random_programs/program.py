@@ -249,7 +249,7 @@ def scheme_parts(own: Scheme) -> Iterator[tuple[str, Params, Neutral]]:
         yield "centre in substeps", {"substeps": own.centre}, lambda p: p.with_scheme(centre=1)
     if own.method == SPLIT and own.moves in ("old", "parabola"):
         yield "another step of x", {"moves": own.moves}, lambda p: p.with_scheme(moves="new")
-    params = {"step": own.step, "method": own.method}
+    params = {"step": own.step, "method": own.method, "stages": own.stages}
     if own.method == SPLIT:
         # A program that keeps the angular momentum takes no gyroscopic term.
         kept = own.keeps == "momentum" and own.gyroscopic != "none"

@@ -19,6 +19,10 @@ TABLEAUS: dict[str, tuple[tuple[tuple[float, ...], ...], tuple[float, ...]]] = {
     "order 4, three eighths": (((), (1 / 3,), (-1 / 3, 1.0), (1.0, -1.0, 1.0)), (1 / 8, 3 / 8, 3 / 8, 1 / 8)),
 }
 SPLIT, VERLET = "split", "Verlet"
+# The quaternion q of a stage is not of length 1: R is of q/|q|, but q' of q; both are of q/|q|; both are of q, R by the
+# formula for unit quaternions, with the inverse of R I R^T or with R I^-1 R^T.  The methods that are drawn with them.
+UNIT_IN_R, NORMALISED, RAW, RAW_INVERSE = "unit in R", "normalised", "raw", "raw, R I^-1 R^T"
+STAGED = ("order 4", "midpoint", "Heun")
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,7 @@ class Scheme:
     new w, or the old one ("old, all" with x, "old turn" without); normalises: q every so many steps, 0 never; centre:
     parts of a step in which v and x are stepped; idle: ticks without gravity; asleep: ticks in which nothing moves;
     velocity: of the centre, in world or body axes, and then along a screw or not; recovers: w is taken from the
-    difference of attitudes at a step's end.
+    difference of attitudes at a step's end; stages: of a Runge-Kutta method, the quaternions in them.
     """
 
     dt: float
@@ -79,6 +83,7 @@ class Scheme:
     asleep: int = 0
     velocity: str = "world"
     recovers: bool = False
+    stages: str = UNIT_IN_R
     single: bool = False
 
     @property
@@ -139,7 +144,18 @@ def _drawn(random: np.random.Generator) -> Scheme:
         method = str(choose((VERLET, *TABLEAUS)))
         keeps = str(choose(("world", "body", "momentum")))
         normalises = int(choose((1, 1, 1, 0, 10))) if method == "explicit Euler" else 1
-        return Scheme(dt, spacing, method, reading=reading, keeps=keeps, normalises=normalises, single=single)
+        is_leapfrog = method == VERLET and keeps == "momentum"
+        return Scheme(
+            dt,
+            spacing,
+            method,
+            turning=str(choose(("exponential", "first order"))) if is_leapfrog else "exponential",
+            reading=reading,
+            keeps=keeps,
+            normalises=normalises,
+            stages=_stages(random, method, keeps),
+            single=single,
+        )
     damping = Damping()
     if random.random() < 0.45:
         linear = float(choose(DAMPING_RATES)) if random.random() < 0.6 else 0.0
@@ -171,6 +187,13 @@ def _drawn(random: np.random.Generator) -> Scheme:
         recovers=bool(0.25 < rare < 0.29),
         single=single,
     )
+
+
+def _stages(random: np.random.Generator, method: str, keeps: str) -> str:
+    """Return what becomes of the quaternions of a method's stages."""
+    if method not in STAGED or random.random() < 0.5:
+        return UNIT_IN_R
+    return NORMALISED if keeps == "body" else str(random.choice((NORMALISED, RAW, RAW_INVERSE)))
 
 
 def _reading(random: np.random.Generator, dt: float) -> tuple[Reading, float]:

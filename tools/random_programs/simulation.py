@@ -23,6 +23,7 @@ from tools.random_programs.algebra import (
     length,
     matrices,
     matrix,
+    matrix_of_unit,
     minus,
     norm,
     normalised,
@@ -30,10 +31,11 @@ from tools.random_programs.algebra import (
     scale,
     times,
     times_transposed,
+    transposed,
 )
 from tools.random_programs.gyroscopic import SCHEMES
 from tools.random_programs.scene import Impulse, Scene
-from tools.random_programs.scheme import SPLIT, TABLEAUS, VERLET, Scheme
+from tools.random_programs.scheme import NORMALISED, RAW, RAW_INVERSE, SPLIT, TABLEAUS, VERLET, Scheme
 from tools.random_programs.turning import TURNINGS
 
 # Of a on_progress: how late an impulse may be and still be of that tick.
@@ -99,6 +101,10 @@ class Simulation:
         # The axes in which the tensor of the gyroscopic term, and the inverse that torques are multiplied by, are.
         self.tensor_axes: Callable[[Quaternion], Matrix] = matrix
         self.inverse_axes: Callable[[Quaternion], Matrix] = matrix
+        if scheme.stages in (RAW, RAW_INVERSE):
+            self.tensor_axes = self.inverse_axes = matrix_of_unit
+        if scheme.stages == RAW:
+            self.inverse_axes = self._of_inverse
         self.laws: list[Callable[[Vector, Quaternion, Vector, Vector], Load]] = [self.weight]
         self.laws += [self._tether(tether) for tether in scene.tethers]
         self.laws += [self.drag] if any(scene.drag) else []
@@ -125,6 +131,10 @@ class Simulation:
     def set_inertia(self, tensor: np.ndarray) -> None:
         """Set the tensor [kg m2] and its inverse."""
         self.inertia, self.inverse = self.tensor(tensor), self.tensor(np.linalg.inv(tensor))
+
+    def _of_inverse(self, q: Quaternion) -> Matrix:
+        """Return the axes A of the inverse (R I R^T)^-1 = A I^-1 A^T, for an R that is no rotation: R^-T."""
+        return transposed(self.tensor(np.linalg.inv(np.array(matrix_of_unit(q)))))
 
     def from_torque(self, q: Quaternion, torque: Vector) -> Vector:
         """Return what a torque does to the angular velocity, I^-1 torque, world axes."""
@@ -285,30 +295,44 @@ class Simulation:
         return self.from_torque(normalised(self.q), momentum)
 
     def _verlet(self, dt: float) -> None:
-        """Velocity Verlet: half a kick, a drift, half a kick."""
+        """Velocity Verlet: half a kick, a drift, half a kick; with L stored, it rotates by the w of mid-step."""
+        is_momentum = self.scheme.keeps == "momentum"
         for kick in (True, False):
             force, torque = self.load(self.x, self.q, self.v, self.w)
             half = 0.5 * dt
             self.v = along(self.v, half / self.mass, force)
-            self.w = along(self.w, half, self.euler(self.q, self.w, torque))
+            change = self.from_torque(self.q, torque) if is_momentum else self.euler(self.q, self.w, torque)
+            self.w = along(self.w, half, change)
             if kick:
                 self.x = along(self.x, dt, self.v)
-                self.q = self.turned(self.q, self.w, dt)
+                self.q = self._drifted(dt) if is_momentum else self.turned(self.q, self.w, dt)
         self.v, self.w = self._limited(self.v, self.w)
+
+    def _drifted(self, dt: float) -> Quaternion:
+        """Return the attitude after a step with constant L, and set the w of L."""
+        axes = self.tensor_axes(self.q)
+        momentum = times(axes, times(self.inertia, times_transposed(axes, self.w)))
+        midway = normalised(self.turn_by(self.q, scale(0.5 * dt, self.turn_rate(self.q, self.w))))
+        q = self.turned(self.q, self.from_torque(midway, momentum), dt)
+        self.w = self.from_torque(normalised(q), momentum)
+        return q
 
     def _slope(self, state: State) -> State:
         x, q, v, spin = state
         unit = normalised(q)
-        axes = self.inverse_axes(unit)
+        if self.scheme.stages == NORMALISED:
+            q = unit
+        at = q if self.tensor_axes is matrix_of_unit else unit
+        axes = self.inverse_axes(at)
         keeps = self.scheme.keeps
         w = times(axes, spin) if keeps == "body" else spin
         if keeps == "momentum":
-            w = self.from_torque(unit, spin)
+            w = self.from_torque(at, spin)
         force, torque = self.load(x, unit, v, w)
         rate = (self.number(0.0), *scale(0.5, self.turn_rate(unit, w)))
         changed = torque
         if keeps != "momentum":
-            changed = self.euler(unit, w, torque)
+            changed = self.euler(at, w, torque)
             changed = times_transposed(axes, changed) if keeps == "body" else changed
         return v, product(rate, q), scale(1 / self.mass, force), changed  # type: ignore[arg-type]
 

@@ -241,7 +241,10 @@ class Proposals:
         for placed in self._with_other_variants(others):
             yield from self._in_steps(placed, PLAIN_GYROSCOPIC, PLAIN_ROTATIONS)
         for hypothesis in self._methods:
-            yield SchemeKind((hypothesis,), others, hypothesis, ORDERS.get(hypothesis.name, 1))
+            order = ORDERS.get(hypothesis.name, 1)
+            # Quaternions of stages that are normalised, or taken for unit ones, leave an error of order 2.
+            is_staged = any(detail == "stages" for detail, _ in hypothesis.details)
+            yield SchemeKind((hypothesis,), others, hypothesis, min(order, 2) if is_staged else order)
 
     def _with_other_variants(self, mistakes: Mistakes) -> Iterator[Mistakes]:
         """Yield programs with a mistake that happens elsewhere in a step, in the place of one."""

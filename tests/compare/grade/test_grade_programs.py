@@ -64,6 +64,11 @@ def euler(scene="plank", method="symplectic", dt=0.01, every=3, **what):
     return turned(scene, method=method, dt=dt, every=every, **what)
 
 
+def rungs(scene="plank", dt=0.02, **what):
+    """Return a case whose mistake is the step of a method of higher order, one a row."""
+    return turned(scene, dt=dt, every=1, **what)
+
+
 SINGLE = {
     # --- impulse
     "force over a time": (
@@ -269,6 +274,40 @@ SINGLE = {
         "quaternion-never-normalised",
         (0.0099, 0.0101),
     ),
+    "Runge-Kutta, L": (rungs(axes="momentum"), "runge-kutta-4: momentum stored", (0.0199, 0.0201)),
+    "stages normalised": (rungs(stages="normalised"), "runge-kutta-4: q normalised in each stage", (0.0199, 0.0201)),
+    "stages normalised, L": (
+        rungs(stages="normalised", axes="momentum"),
+        "runge-kutta-4: momentum stored, q normalised in each stage",
+        (0.0199, 0.0201),
+    ),
+    "stages raw": (rungs("two-hits", stages="raw"), "runge-kutta-4: not normalised", (0.0199, 0.0201)),
+    "stages raw, with drag": (rungs("dragged", stages="raw"), "runge-kutta-4: not normalised", (0.0199, 0.0201)),
+    "stages raw, L": (
+        rungs(stages="raw", axes="momentum"),
+        "runge-kutta-4: momentum stored, R from the q of each stage",
+        (0.0199, 0.0201),
+    ),
+    "stages raw, R I^-1 R^T": (
+        rungs(stages="raw with R I^-1 R^T"),
+        "runge-kutta-4: axes, R I^-1 R^T from the q of each stage",
+        (0.0199, 0.0201),
+    ),
+    "stages raw, R I^-1 R^T, L": (
+        rungs(stages="raw with R I^-1 R^T", axes="momentum"),
+        "runge-kutta-4: momentum stored, R I^-1 R^T from the q of each stage",
+        (0.0199, 0.0201),
+    ),
+    "leapfrog, L": (
+        rungs("dragged", method="leapfrog", axes="momentum", turn="exponential"),
+        "velocity-verlet: momentum stored, attitude rotated by the w of mid-step",
+        (0.0199, 0.0201),
+    ),
+    "leapfrog, L, to first order": (
+        rungs("two-hits", method="leapfrog", axes="momentum", form=SIX),
+        "velocity-verlet: momentum stored, attitude rotated by the w of mid-step, quaternion updated to first order",
+        (0.0199, 0.0201),
+    ),
     "sheared matrix": (
         euler(method="explicit", axes="momentum", turn="matrix", kind="matrix", until=0.5, every=1),
         "matrix-euler",
@@ -288,6 +327,14 @@ PAIRS = {
     "force and tick": (
         smooth("two-hits", dt=0.002, lasts=0.3, tick=10, every=7, form=FOUR),
         {"impulse-as-force": 0.3, "fixed-physics-step": 0.02},
+    ),
+    "half of the gravity upon raw stages": (
+        rungs("two-hits", stages="raw", gravity=0.5),
+        {"gravity-wrong-magnitude": 0.5, "runge-kutta-4": 0.02},
+    ),
+    "spin in body axes upon a leapfrog": (
+        rungs(method="leapfrog", axes="momentum", turn="exponential", spin_in_body=True),
+        {"start-spin-in-body-axes": 0.0, "velocity-verlet": 0.02},
     ),
     "xyzw without gyroscopic term": (
         smooth(gyroscopic="still in world", order="xyzw"),

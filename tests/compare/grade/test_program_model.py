@@ -14,6 +14,8 @@ from tumble.compare.grade.model.kernel.dynamics import (
     LINEARLY,
     MOMENTUM,
     QUATERNION,
+    RUNGE_KUTTA,
+    VERLET,
     Scheme,
 )
 from tumble.compare.grade.model.kernel.reading import LINEAR, SLERP
@@ -134,3 +136,11 @@ def test_a_run_that_diverged_ends_though_a_body_is_put_to_rest_below_a_speed():
     program = correct_program(STRAIGHT_FALL, 0)
     start = program.start + np.where(np.arange(13) == 7, np.nan, 0.0)
     assert np.isnan(program.but(start=start, thresholds=(0.3, 0.0)).simulate(TIMES)[:, 12]).all()
+
+
+def test_a_leapfrog_that_stores_the_angular_momentum_has_no_gyroscopic_term_to_miss():
+    scheme = Scheme(STEP, RUNGE_KUTTA, VERLET, False, 0.0, stored=MOMENTUM)
+    program = correct_program(read_scene("dzhanibekov"), 0).but(scheme=scheme)
+    rows = program.but(gyroscopic=0.0).simulate(TIMES)
+    np.testing.assert_array_equal(rows, program.simulate(TIMES))
+    assert np.abs(np.diff(rows[:, 15:18], axis=0)).max() > 1e-3

@@ -1,7 +1,7 @@
 """Mistakes of a step: integration methods, identified by the size, sign and shape of their drift."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -10,16 +10,21 @@ from tumble.compare.grade.hypotheses.names import SPIN_RECOVERED, VELOCITY_IN_BO
 from tumble.compare.grade.model.kernel.dynamics import (
     ALONG_SCREW,
     EXPLICIT,
+    EXPONENTIAL,
     HEUN,
     IN_BODY,
     IN_BODY_AXES,
     IN_WORLD,
     MATRIX,
     MOMENTUM,
+    OF_UNIT,
     ORDER_2,
     ORDER_3,
     ORDER_4,
+    QUATERNION,
     RALSTON,
+    RAW,
+    RAW_INVERSE,
     RUNGE_KUTTA,
     SHU_OSHER,
     SMOOTH,
@@ -38,18 +43,26 @@ UNLIKELY = 15.0
 RARELY = (2, 3, 4, 5, 8, 10, 16, 20, 25, 30, 32, 50, 60, 64, 100, 120, 128, 240, 500, 1000)
 METHODS = {
     "runge-kutta-4": ("Runge-Kutta of order 4", ORDER_4, 0.0), "midpoint": ("midpoint method", ORDER_2, 1.0),
-    "heun": ("Heun's method", HEUN, 1.0), "velocity-verlet": ("velocity Verlet", VERLET, 1.0),
+    "heun": ("Heun's method", HEUN, 1.0),
     "runge-kutta-3": ("Runge-Kutta of order 3", ORDER_3, 2.0), "ralston": ("Ralston's method", RALSTON, 3.0),
     "runge-kutta-3-shu-osher": ("Shu and Osher's Runge-Kutta of order 3", SHU_OSHER, 3.0),
     "runge-kutta-4-three-eighths": ("Runge-Kutta of order 4 by the three-eighths rule", THREE_EIGHTHS, 3.0),
 }  # fmt: skip
+# Those that students' programs and games have with other quaternions in the stages, and the weight of these.
+STAGED, OTHER = frozenset({"runge-kutta-4", "midpoint", "heun"}), 1.0
+STAGES = {
+    OF_UNIT: ("normalised", ", q normalised in each stage"),
+    RAW: ("not normalised", ", R from the q of each stage, which is not normalised"),
+    RAW_INVERSE: ("not normalised, R I^-1 R^T", ", R I^-1 R^T from the q of each stage, which is not normalised"),
+}
 WORLD_AXES = ", w in world axes"
 VELOCITY_AXES = {
     ALONG_SCREW: ("screw", "and the body moved along a screw"),
     IN_BODY_AXES: ("straight", "and the centre moved straight"),
 }
-BODY, CONSERVED, IMPLICITLY = ", w in body axes", ", angular momentum stored", ", implicit gyroscopic term"
-EXACT, FIRST_ORDER = ", attitude updated by exact rotations", ", quaternion updated to first order"
+CONSERVED, MIDWAY = ", angular momentum stored", ", angular momentum stored, attitude rotated by the w of mid-step"
+UPDATES = {EXPONENTIAL: ("", ""), QUATERNION: ("first order", ", quaternion updated to first order")}
+Details = tuple[tuple[str, str], ...]
 
 
 def steps(context: Context) -> Iterator[Hypothesis]:
@@ -61,23 +74,10 @@ def steps(context: Context) -> Iterator[Hypothesis]:
     """
     if _longest(context) * MOST_KNOWN_STEPS < context.duration:
         return  # rows are too dense to simulate a step between them
-    equal = np.ptp(context.program.moments) == 0
     if context.kind != "pose":
         shears = "explicit Euler on the rotation matrix with a step of {} s: the shape is not rigid"
         yield _euler(context, "matrix-euler", shears, MATRIX, EXPLICIT, MOMENTUM)
-    kinds = [
-        (name, title, method, unlikely, stored, text)
-        for stored, text in ((IN_BODY, ""), (IN_WORLD, WORLD_AXES), (MOMENTUM, CONSERVED))[: 2 if equal else 3]
-        for name, (title, method, unlikely) in METHODS.items()
-        if method != VERLET or stored == IN_BODY
-    ]
-    for name, title, method, unlikely, stored, axes in kinds:
-        text = f"{title} with a step of {{}} s{axes}"
-        hypothesis = _euler(context, name, text, RUNGE_KUTTA, method, stored, variant=bool(axes))
-        # The error is so small that any step would fit, so only usual steps are tried.
-        if hypothesis.named_values:
-            values = tuple(sorted(hypothesis.named_values))
-            yield replace(hypothesis, rare=True, values=values, only_named=True, unlikely=unlikely)
+    yield from _methods(context)
     for is_unit_used, where in ((False, ""), (True, ", and where an impulse acts"))[
         : 1 + bool(context.program.impulses)
     ]:
@@ -106,6 +106,54 @@ def steps(context: Context) -> Iterator[Hypothesis]:
     yield from velocity_axes(context)
 
 
+def _methods(context: Context) -> Iterator[Hypothesis]:
+    """Yield methods of higher order: what they store of the rotation, and what quaternions their stages have."""
+    places = ((IN_BODY, ""), (IN_WORLD, WORLD_AXES), (MOMENTUM, CONSERVED))
+    equal = np.ptp(context.program.moments) == 0
+    for (stored, axes), (name, (title, method, unlikely)) in product(places[: 2 if equal else 3], METHODS.items()):
+        scheme = Scheme(0.0, RUNGE_KUTTA, method, False, 0.0, stored=stored)
+        yield from _method(context, name, title, axes, scheme, unlikely)
+        for stages, (word, text) in STAGES.items() if name in STAGED else ():
+            if stages == OF_UNIT or stored != IN_BODY:
+                other = scheme._replace(stages=stages)
+                yield from _method(context, name, title, axes + text, other, unlikely + OTHER, (("stages", word),))
+    verlets: list[tuple[int, int, str, Details]] = [(IN_BODY, EXPONENTIAL, "", ())]
+    # With w stored, the quaternion to first order makes it symplectic Euler wherever nothing acts.
+    for rotation, (word, update) in UPDATES.items() if not equal else ():
+        details = ("rotation", word), ("stored", "angular momentum")
+        verlets.append((MOMENTUM, rotation, MIDWAY + update, details))
+    for stored, rotation, more, details in verlets:
+        scheme = Scheme(0.0, RUNGE_KUTTA, VERLET, False, 0.0, stored=stored, rotation=rotation)
+        yield from _method(context, "velocity-verlet", "velocity Verlet", more, scheme, 1.0, details)
+
+
+def _method(
+    context: Context, name: str, title: str, more: str, scheme: Scheme, unlikely: float, details: Details = ()
+) -> Iterator[Hypothesis]:
+    """Yield a method; its error is so small that any step would fit, so only usual steps are tried."""
+    if named := _named_steps(context):
+        yield Hypothesis(
+            name,
+            "steps",
+            f"{title} with a step of {{}} s{more}",
+            lambda program, step: program.but(scheme=scheme._replace(step=step)),
+            tuple(sorted(named)),
+            named_values=named,
+            only_named=True,
+            variant=bool(more),
+            rare=True,
+            unit="s",
+            details=details,
+            unlikely=unlikely,
+        )
+
+
+def _named_steps(context: Context) -> dict[float, str]:
+    """Return steps with a name that a program may take [s]."""
+    shortest, longest = context.duration / MOST_KNOWN_STEPS, context.spacing_s * 1.01
+    return {step: name for step, name in context.steps.items() if shortest <= step < longest}
+
+
 def _euler(
     context: Context,
     name: str,
@@ -127,11 +175,7 @@ def _euler(
             scheme=Scheme(step, attitude, spin, symplectic, 1.0 if symplectic else 0.0, normalise_every, stored=stored),
         ),
         grid(min(shortest, longest / 2), longest, TRIED),
-        named_values={
-            h: used
-            for h, used in context.steps.items()
-            if context.duration / MOST_KNOWN_STEPS <= h < context.spacing_s * 1.01
-        },
+        named_values=_named_steps(context),
         unit="s",
         variant=variant,
     )

@@ -28,6 +28,9 @@ SECOND_ORDER, HALF_ANGLE, TANGENT, GRAM_SCHMIDT, AXIS_BY_AXIS = 5, 6, 7, 8, 9
 # Methods that evaluate the rates of change several times: the midpoint rule, Kutta's of order 3, the classical one;
 # Heun's, velocity Verlet, Ralston's of order 2, Shu and Osher's of order 3, the three-eighths rule.
 ORDER_2, ORDER_3, ORDER_4, HEUN, VERLET, RALSTON, SHU_OSHER, THREE_EIGHTHS = 2, 3, 4, 5, 6, 7, 8, 9
+# The quaternion q of a stage of these methods is not of unit length.  R is of q/|q|, but q' of q; both are of q/|q|;
+# both are of q, R by the formula 1 - 2(yy + zz) ..., with the inverse of R I R^T; the same, with R I^-1 R^T for it.
+ROTATES_BY_UNIT, OF_UNIT, RAW, RAW_INVERSE = 0, 1, 2, 3
 # Update of the angular velocity by the gyroscopic term: explicit; one Newton step of implicit Euler; explicit with |L|
 # rescaled; (I - dt [L]) w' = L; implicit midpoint rule, with the attitude rotated by the mean of the old w and the new,
 # or by the new one; explicit with the energy rescaled; implicit Euler, converged; Heun's; the classical Runge-Kutta.
@@ -147,7 +150,8 @@ class Scheme(NamedTuple):
     to 1; normalise_every: steps between normalisations of q, 0 for never; is_unit_used: q is normalised where it is
     used; idle_steps: steps before gravity acts; precision: of the stored state; velocity_axes: of the stored velocity
     of the centre; stored: of the rotation; recovers: w is taken from the attitudes before and after a step, as
-    position-based dynamics does.
+    position-based dynamics does; stages: of a method that has some, a constant above; rotation: of velocity Verlet, an
+    update of the attitude.
     """
 
     step: float
@@ -162,6 +166,8 @@ class Scheme(NamedTuple):
     stored: int = IN_BODY
     recovers: bool = False
     is_unit_used: bool = False
+    stages: int = ROTATES_BY_UNIT
+    rotation: int = EXPONENTIAL
 
 
 class Push(NamedTuple):

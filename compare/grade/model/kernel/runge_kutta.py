@@ -6,15 +6,17 @@ from tumble.compare.grade.model.kernel.dynamics import (
     AFTER_FORCES,
     AS_FORCE,
     BEFORE_FORCES,
-    EXPONENTIAL,
     HEUN,
     IN_BODY,
+    IN_WORLD,
     LAST,
     MOMENTUM,
+    OF_UNIT,
     ORDER_2,
     ORDER_3,
     ORDER_4,
     RALSTON,
+    RAW,
     SHU_OSHER,
     TURNED,
     UNMIXED,
@@ -37,8 +39,8 @@ from tumble.compare.grade.model.kernel.rates import (
 )
 from tumble.compare.grade.model.kernel.turning import turned
 from tumble.solver.compilation import inner
-from tumble.solver.quaternion import normalise, product_vector, rotate, rotate_back
-from tumble.solver.vectors import add, dot, scale, times
+from tumble.solver.quaternion import Quaternion, conjugate, normalise, product_vector, rotate, rotate_back
+from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
 # Steps while a force spins the body up, over the root of the radians and over `turn`.
 SPINNING_UP = 3.0
@@ -75,22 +77,64 @@ def _stored(motion: Motion, dynamics: Dynamics, stored: int) -> Motion:
 
 
 @inner
-def _read(state: Motion, dynamics: Dynamics, stored: int) -> Motion:
-    """Return the motion of a state that `_stored` returned, with a unit quaternion."""
-    q = normalise(state.q)
-    if stored == IN_BODY:
-        return Motion(state.x, q, state.v, state.w_body)
-    spin = rotate_back(q, state.w_body)
-    return Motion(state.x, q, state.v, divided(spin, dynamics.moments) if stored == MOMENTUM else spin)
+def _unrotated(q: Quaternion, a: Vector) -> Vector:
+    """Return M^-1 a for the matrix M of a quaternion of any length by the formula for unit quaternions.
+
+    It is the identity along the vector u of q, and a rotation times a factor across it.
+    """
+    w, axis = q[0], (q[1], q[2], q[3])
+    square = dot(axis, axis)
+    across = cross(axis, a)
+    size = (1.0 - 2.0 * square) ** 2 + 4.0 * w * w * square
+    twice = scale((4.0 * (w * w + square) - 2.0) / size, cross(axis, across))
+    return add(add(a, scale(-2.0 * w / size, across)), twice)
 
 
 @inner
-def _slope(state: Motion, dynamics: Dynamics, push: Push, stored: int, step: float) -> Motion:
-    """Return the rates of change of a state that is stored, in a step of this length [s]."""
-    motion = _read(state, dynamics, stored)
+def _answered(q: Quaternion, torque: Vector, dynamics: Dynamics, stages: int) -> Vector:
+    """Return J^-1 T with the inertia tensor in world axes of a stage whose quaternion is not normalised.
+
+    J = M I M^T; or J^-1 is M I^-1 M^T.
+    """
+    if stages == RAW:
+        return _unrotated(conjugate(q), divided(_unrotated(q, torque), dynamics.moments))
+    return rotate(q, divided(rotate_back(q, torque), dynamics.moments))
+
+
+@inner
+def _is_raw(dynamics: Dynamics, scheme: Scheme) -> bool:
+    """Return whether the tensor is of the quaternions of the stages as they are."""
+    return scheme.stages >= RAW and scheme.stored != IN_BODY and dynamics.tensor == dynamics.inverse_tensor == TURNED
+
+
+@inner
+def _read(state: Motion, dynamics: Dynamics, scheme: Scheme, is_stage: bool) -> Motion:
+    """Return the motion of a state that `_stored` returned, with a unit quaternion; is_stage: it was not normalised."""
+    q = normalise(state.q)
+    if scheme.stored == IN_BODY:
+        return Motion(state.x, q, state.v, state.w_body)
+    if scheme.stored == MOMENTUM and is_stage and _is_raw(dynamics, scheme):
+        return Motion(state.x, q, state.v, rotate_back(q, _answered(state.q, state.w_body, dynamics, scheme.stages)))
+    spin = rotate_back(q, state.w_body)
+    return Motion(state.x, q, state.v, divided(spin, dynamics.moments) if scheme.stored == MOMENTUM else spin)
+
+
+@inner
+def _slope(state: Motion, dynamics: Dynamics, push: Push, scheme: Scheme, step: float) -> Motion:
+    """Return the rates of change of a state that is stored, in a step of this length [s].
+
+    Levers of forces that last are rotated by unit quaternions whatever the stages are.
+    """
+    stored = scheme.stored
+    motion = _read(state, dynamics, scheme, True)
     turns = attitude_rate(motion.q, motion.w_body, dynamics)
     a, alpha = accelerations(motion, dynamics, push)
-    if stored != MOMENTUM or dynamics.gyroscopic == 0.0:
+    if stored == IN_WORLD and _is_raw(dynamics, scheme):
+        torque = rotate(motion.q, times(dynamics.moments, alpha))
+        momentum = rotate(state.q, times(dynamics.moments, rotate_back(state.q, state.w_body)))
+        torque = add(torque, scale(dynamics.gyroscopic, cross(momentum, state.w_body)))
+        alpha = rotate_back(motion.q, _answered(state.q, torque, dynamics, scheme.stages))
+    elif stored != MOMENTUM or dynamics.gyroscopic == 0.0:
         alpha = add(alpha, gyroscopic_rate(motion.q, motion.w_body, dynamics))
     if dynamics.damping_place == AS_FORCE:
         a, alpha = damped(a, alpha, 1.0, step, motion.v, motion.w_body, motion.q, dynamics)
@@ -98,24 +142,25 @@ def _slope(state: Motion, dynamics: Dynamics, push: Push, stored: int, step: flo
         alpha = times(dynamics.moments, alpha)
     if stored != IN_BODY:
         alpha = rotate(motion.q, alpha)
-    return Motion(motion.v, product_vector(state.q, scale(0.5, turns)), a, alpha)
+    q = motion.q if scheme.stages == OF_UNIT else state.q
+    return Motion(motion.v, product_vector(q, scale(0.5, turns)), a, alpha)
 
 
 @inner
-def _explicit(state: Motion, dt: float, dynamics: Dynamics, push: Push, method: int, stored: int) -> Motion:
+def _explicit(state: Motion, dt: float, dynamics: Dynamics, push: Push, scheme: Scheme) -> Motion:
     """Return the state dt [s] on, by an explicit Runge-Kutta method."""
-    stages, second_row, third_row, fourth_row, weights = _tableau(method)
-    one = _slope(state, dynamics, push, stored, dt)
-    two = _slope(along(state, dt * second_row, one), dynamics, push, stored, dt)
+    stages, second_row, third_row, fourth_row, weights = _tableau(scheme.spin)
+    one = _slope(state, dynamics, push, scheme, dt)
+    two = _slope(along(state, dt * second_row, one), dynamics, push, scheme, dt)
     found = along(along(state, dt * weights[0], one), dt * weights[1], two)
     if stages == 2:
         return found
-    three = _slope(along(along(state, dt * third_row[0], one), dt * third_row[1], two), dynamics, push, stored, dt)
+    three = _slope(along(along(state, dt * third_row[0], one), dt * third_row[1], two), dynamics, push, scheme, dt)
     found = along(found, dt * weights[2], three)
     if stages == 3:
         return found
     last = along(along(along(state, dt * fourth_row[0], one), dt * fourth_row[1], two), dt * fourth_row[2], three)
-    return along(found, dt * weights[3], _slope(last, dynamics, push, stored, dt))
+    return along(found, dt * weights[3], _slope(last, dynamics, push, scheme, dt))
 
 
 @inner
@@ -131,23 +176,37 @@ def continuous_step(motion: Motion, dt: float, dynamics: Dynamics, push: Push, s
 
 
 @inner
-def _kicked(motion: Motion, dt: float, dynamics: Dynamics, push: Push) -> Motion:
-    """Return a motion whose velocities have changed for dt [s]."""
+def _kicked(motion: Motion, dt: float, dynamics: Dynamics, push: Push, stored: int) -> Motion:
+    """Return a motion whose velocities have changed for dt [s], L by the torque only."""
     a, alpha = accelerations(motion, dynamics, push)
-    alpha = add(alpha, gyroscopic_rate(motion.q, motion.w_body, dynamics))
+    if stored != MOMENTUM:
+        alpha = add(alpha, gyroscopic_rate(motion.q, motion.w_body, dynamics))
     if dynamics.damping_place == AS_FORCE:
         a, alpha = damped(a, alpha, 1.0, dt, motion.v, motion.w_body, motion.q, dynamics)
     return Motion(motion.x, motion.q, add(motion.v, scale(dt, a)), add(motion.w_body, scale(dt, alpha)))
 
 
 @inner
-def _velocity_verlet(motion: Motion, dt: float, dynamics: Dynamics, push: Push) -> Motion:
-    """Return the motion dt [s] on: half a kick, a drift by rotation about the new w, half a kick."""
-    half = _kicked(motion, dt / 2.0, dynamics, push)
-    turn = scale(dt, attitude_rate(half.q, half.w_body, dynamics))
-    q, _ = turned(half.q, turn, EXPONENTIAL, dynamics.file_axes)
-    w = half.w_body if dynamics.frame_mixup == UNMIXED else rotate_back(q, rotate(half.q, half.w_body))
-    return _kicked(Motion(add(half.x, scale(dt, half.v)), q, half.v, w), dt / 2.0, dynamics, push)
+def _velocity_verlet(motion: Motion, dt: float, dynamics: Dynamics, push: Push, scheme: Scheme) -> Motion:
+    """Return the motion dt [s] on: half a kick, a drift, half a kick.
+
+    In the drift the body rotates about the new w; if L is stored, about the w that L gives after half of the rotation.
+    """
+    half = _kicked(motion, dt / 2.0, dynamics, push, scheme.stored)
+    turns, w = attitude_rate(half.q, half.w_body, dynamics), half.w_body
+    momentum = rotate(half.q, times(dynamics.moments, w))
+    if scheme.stored == MOMENTUM:
+        midway, _ = turned(half.q, scale(dt / 2.0, turns), scheme.rotation, dynamics.file_axes)
+        turns = attitude_rate(midway, divided(rotate_back(midway, momentum), dynamics.moments), dynamics)
+        if dynamics.frame_mixup == UNMIXED:
+            turns = rotate_back(half.q, rotate(midway, turns))
+    q, _ = turned(half.q, scale(dt, turns), scheme.rotation, dynamics.file_axes)
+    if scheme.stored == MOMENTUM:
+        w = divided(rotate_back(q, momentum), dynamics.moments)
+    elif dynamics.frame_mixup != UNMIXED:
+        w = rotate_back(q, rotate(half.q, w))
+    moved = Motion(add(half.x, scale(dt, half.v)), q, half.v, w)
+    return _kicked(moved, dt / 2.0, dynamics, push, scheme.stored)
 
 
 @inner
@@ -156,11 +215,10 @@ def runge_kutta_step(motion: Motion, dt: float, dynamics: Dynamics, push: Push, 
     if dynamics.damping_place == BEFORE_FORCES:
         motion = _decayed(motion, dt, dynamics)
     if scheme.spin == VERLET:
-        motion = _velocity_verlet(motion, dt, dynamics, push)
+        motion = _velocity_verlet(motion, dt, dynamics, push, scheme)
     else:
-        state = _stored(motion, dynamics, scheme.stored)
-        state = _explicit(state, dt, dynamics, push, scheme.spin, scheme.stored)
-        motion = _read(state, dynamics, scheme.stored)
+        state = _explicit(_stored(motion, dynamics, scheme.stored), dt, dynamics, push, scheme)
+        motion = _read(state, dynamics, scheme, False)
     is_late = dynamics.damping_place in (AFTER_FORCES, LAST)
     return _decayed(motion, dt, dynamics) if is_late else motion
 
