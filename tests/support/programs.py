@@ -323,17 +323,16 @@ class Simulation:
         self.kick(dt / 2)
         self.x = self.x + dt * self.v
         start = self.q, self.R
-        self.rotate(dt / 2, self.R @ self.inverse @ self.R.T @ self.L)
-        w = self.R @ self.inverse @ self.R.T @ self.L
+        self.rotate(dt / 2, self.response(self.R, self.L))
+        w = self.response(self.R, self.L)
         self.q, self.R = start
         self.rotate(dt, w)
         self.kick(dt / 2)
-        self.w = self.R @ self.inverse @ self.R.T @ self.L
+        self.w = self.response(self.R, self.L)
 
     def kick(self, dt):
         """Change v and L by the forces of a time."""
-        w = self.R @ self.inverse @ self.R.T @ self.L
-        force, torque = self.forces(self.x, self.R, self.v, w)
+        force, torque = self.forces(self.x, self.R, self.v, self.response(self.R, self.L))
         self.v, self.L = self.v + dt / self.mass * force, self.L + dt * torque
 
     def euler(self, dt):

@@ -171,7 +171,7 @@ def _stepped(
         yield replace(own, keeps=keeps, turning=turns.get(said.get("rotation", ""), "exponential"))
     elif method != SPLIT:
         stored = said.get("stored", "")
-        kept = KEEPS[::2] if own.stages in (RAW, RAW_INVERSE) else KEEPS
+        kept = ("world", "momentum") if own.stages in (RAW, RAW_INVERSE) else KEEPS
         yield from (replace(own, keeps=keeps) for keeps in ((stored,) if stored in KEEPS else kept))
     if method not in (SPLIT, "explicit Euler"):
         return

@@ -12,6 +12,7 @@ import numpy as np
 from tools.random_programs.contact import Claim
 from tools.random_programs.mistakes import Params
 from tools.random_programs.scene import Scene
+from tools.random_programs.scheme import NORMALISED, RAW, RAW_INVERSE, UNIT_IN_R
 
 Value = Callable[[Params, Scene], float | str]
 
@@ -215,10 +216,10 @@ GYROSCOPIC = {
     "order 4": "runge-kutta-4",
 }
 STAGES = {
-    "unit in R": "",
-    "normalised": "normalised",
-    "raw": "not normalised",
-    "raw, R I^-1 R^T": "not normalised, R I^-1 R^T",
+    UNIT_IN_R: "",
+    NORMALISED: "normalised",
+    RAW: "not normalised",
+    RAW_INVERSE: "not normalised, R I^-1 R^T",
 }
 TURNING = {
     "exponential": "exponential",

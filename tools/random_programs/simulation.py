@@ -136,6 +136,11 @@ class Simulation:
         """Return the axes A of the inverse (R I R^T)^-1 = A I^-1 A^T, for an R that is no rotation: R^-T."""
         return transposed(self.tensor(np.linalg.inv(np.array(matrix_of_unit(q)))))
 
+    def momentum(self, q: Quaternion, w: Vector) -> Vector:
+        """Return I w in world axes, with the tensor of the gyroscopic term."""
+        axes = self.tensor_axes(q)
+        return times(axes, times(self.inertia, times_transposed(axes, w)))
+
     def from_torque(self, q: Quaternion, torque: Vector) -> Vector:
         """Return what a torque does to the angular velocity, I^-1 torque, world axes."""
         axes = self.inverse_axes(q)
@@ -215,9 +220,7 @@ class Simulation:
 
     def euler(self, q: Quaternion, w: Vector, torque: Vector) -> Vector:
         """Return dw/dt in world axes, I^-1 (torque - w x I w)."""
-        axes = self.tensor_axes(q)
-        momentum = times(axes, times(self.inertia, times_transposed(axes, w)))
-        return self.from_torque(q, along(torque, -self.gyroscopic, cross(w, momentum)))
+        return self.from_torque(q, along(torque, -self.gyroscopic, cross(w, self.momentum(q, w))))
 
     def turned(self, q: Quaternion, w: Vector, dt: float) -> Quaternion:
         """Return the attitude after a step."""
@@ -290,9 +293,7 @@ class Simulation:
             return w
         if keeps == "body":
             return _carried_with(old, self.q, w)
-        axes = self.tensor_axes(old)
-        momentum = times(axes, times(self.inertia, times_transposed(axes, w)))
-        return self.from_torque(normalised(self.q), momentum)
+        return self.from_torque(normalised(self.q), self.momentum(old, w))
 
     def _verlet(self, dt: float) -> None:
         """Velocity Verlet: half a kick, a drift, half a kick; with L stored, it rotates by the w of mid-step."""
@@ -305,17 +306,16 @@ class Simulation:
             self.w = along(self.w, half, change)
             if kick:
                 self.x = along(self.x, dt, self.v)
-                self.q = self._drifted(dt) if is_momentum else self.turned(self.q, self.w, dt)
+                old, turning = self.q, self._w_midway(dt) if is_momentum else self.w
+                self.q = self.turned(old, turning, dt)
+                if is_momentum:
+                    self.w = self.from_torque(normalised(self.q), self.momentum(old, self.w))
         self.v, self.w = self._limited(self.v, self.w)
 
-    def _drifted(self, dt: float) -> Quaternion:
-        """Return the attitude after a step with constant L, and set the w of L."""
-        axes = self.tensor_axes(self.q)
-        momentum = times(axes, times(self.inertia, times_transposed(axes, self.w)))
+    def _w_midway(self, dt: float) -> Vector:
+        """Return the angular velocity after half of a step's rotation, with constant L."""
         midway = normalised(self.turn_by(self.q, scale(0.5 * dt, self.turn_rate(self.q, self.w))))
-        q = self.turned(self.q, self.from_torque(midway, momentum), dt)
-        self.w = self.from_torque(normalised(q), momentum)
-        return q
+        return self.from_torque(midway, self.momentum(self.q, self.w))
 
     def _slope(self, state: State) -> State:
         x, q, v, spin = state

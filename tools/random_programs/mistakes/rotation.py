@@ -169,8 +169,7 @@ def _(sim: Simulation, share: float) -> None:
     most = sim.number(share * spread * max(0.3, float(np.linalg.norm(sim.scene.w))) ** 2 / 2)
 
     def euler(q: Quaternion, w: Vector, torque: Vector) -> Vector:
-        axes = sim.tensor_axes(q)
-        term = cross(w, times(axes, times(sim.inertia, times_transposed(axes, w))))
+        term = cross(w, sim.momentum(q, w))
         size = sum(part * part for part in term) ** 0.5
         term = scale(most / size, term) if size > most else term
         return sim.from_torque(q, tuple(t - c for t, c in zip(torque, term, strict=True)))  # type: ignore[arg-type]

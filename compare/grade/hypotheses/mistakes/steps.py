@@ -62,7 +62,6 @@ VELOCITY_AXES = {
 }
 CONSERVED, MIDWAY = ", angular momentum stored", ", angular momentum stored, attitude rotated by the w of mid-step"
 UPDATES = {EXPONENTIAL: ("", ""), QUATERNION: ("first order", ", quaternion updated to first order")}
-Details = tuple[tuple[str, str], ...]
 
 
 def steps(context: Context) -> Iterator[Hypothesis]:
@@ -107,45 +106,54 @@ def steps(context: Context) -> Iterator[Hypothesis]:
 
 
 def _methods(context: Context) -> Iterator[Hypothesis]:
-    """Yield methods of higher order: what they store of the rotation, and what quaternions their stages have."""
+    """Yield methods of higher order: what they store of the rotation, and what quaternions their stages have.
+
+    Their error is so small that any step would fit, so only usual steps are tried.
+    """
+    if not (named := _named_steps(context)):
+        return
     places = ((IN_BODY, ""), (IN_WORLD, WORLD_AXES), (MOMENTUM, CONSERVED))
     equal = np.ptp(context.program.moments) == 0
     for (stored, axes), (name, (title, method, unlikely)) in product(places[: 2 if equal else 3], METHODS.items()):
         scheme = Scheme(0.0, RUNGE_KUTTA, method, False, 0.0, stored=stored)
-        yield from _method(context, name, title, axes, scheme, unlikely)
+        yield _method(named, name, title, axes, scheme, unlikely)
         for stages, (word, text) in STAGES.items() if name in STAGED else ():
             if stages == OF_UNIT or stored != IN_BODY:
                 other = scheme._replace(stages=stages)
-                yield from _method(context, name, title, axes + text, other, unlikely + OTHER, (("stages", word),))
-    verlets: list[tuple[int, int, str, Details]] = [(IN_BODY, EXPONENTIAL, "", ())]
+                yield _method(named, name, title, axes + text, other, unlikely + OTHER, (("stages", word),))
+    name, title, verlet = "velocity-verlet", "velocity Verlet", Scheme(0.0, RUNGE_KUTTA, VERLET, False, 0.0)
+    yield _method(named, name, title, "", verlet, 1.0)
     # With w stored, the quaternion to first order makes it symplectic Euler wherever nothing acts.
     for rotation, (word, update) in UPDATES.items() if not equal else ():
+        other = verlet._replace(stored=MOMENTUM, rotation=rotation)
         details = ("rotation", word), ("stored", "angular momentum")
-        verlets.append((MOMENTUM, rotation, MIDWAY + update, details))
-    for stored, rotation, more, details in verlets:
-        scheme = Scheme(0.0, RUNGE_KUTTA, VERLET, False, 0.0, stored=stored, rotation=rotation)
-        yield from _method(context, "velocity-verlet", "velocity Verlet", more, scheme, 1.0, details)
+        yield _method(named, name, title, MIDWAY + update, other, 1.0, details)
 
 
 def _method(
-    context: Context, name: str, title: str, more: str, scheme: Scheme, unlikely: float, details: Details = ()
-) -> Iterator[Hypothesis]:
-    """Yield a method; its error is so small that any step would fit, so only usual steps are tried."""
-    if named := _named_steps(context):
-        yield Hypothesis(
-            name,
-            "steps",
-            f"{title} with a step of {{}} s{more}",
-            lambda program, step: program.but(scheme=scheme._replace(step=step)),
-            tuple(sorted(named)),
-            named_values=named,
-            only_named=True,
-            variant=bool(more),
-            rare=True,
-            unit="s",
-            details=details,
-            unlikely=unlikely,
-        )
+    named: dict[float, str],
+    name: str,
+    title: str,
+    more: str,
+    scheme: Scheme,
+    unlikely: float,
+    details: tuple[tuple[str, str], ...] = (),
+) -> Hypothesis:
+    """Return a method; named: its steps [s]."""
+    return Hypothesis(
+        name,
+        "steps",
+        f"{title} with a step of {{}} s{more}",
+        lambda program, step: program.but(scheme=scheme._replace(step=step)),
+        tuple(sorted(named)),
+        named_values=named,
+        only_named=True,
+        variant=bool(more),
+        rare=True,
+        unit="s",
+        details=details,
+        unlikely=unlikely,
+    )
 
 
 def _named_steps(context: Context) -> dict[float, str]:
