@@ -206,7 +206,7 @@ def slopes_by_state(program: Program, state: Array, scales: Array) -> Array:
         if number >= 0:
             nudged = add((state[0, number], state[1, number]), (NUDGE * scales[number], 0.0))
             high[number, 0], low[number, 0] = nudged
-        expand(program, 1.0, 0, high, low)
+        expand(program, 1.0, high, low)
         for place in range(SIZE):
             rate = program.rates[place]
             if number < 0:
@@ -231,7 +231,7 @@ def defects(program: Program, state: Array, stages: Array, h: float, matrix: Arr
             if node > 0:
                 here = add(here, (stages[0, node - 1, place], stages[1, node - 1, place]))
             high[place, 0], low[place, 0] = here
-        expand(program, 1.0, 0, high, low)
+        expand(program, 1.0, high, low)
         for row in range(program.series):
             values[0, node, row], values[1, node, row] = high[row, 0], low[row, 0]
     off = np.empty((count, SIZE))

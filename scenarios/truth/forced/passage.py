@@ -80,7 +80,7 @@ def integrate(
             high[number, 0] = state[0, number]
             if low is not None:
                 low[number, 0] = state[1, number]
-        expand(program, h, order, high, low)
+        expand(program, h, high, low)
         ratio = min(stride(high, order, tolerance, scales), GROWTH)
         if not ratio > 0.0:
             if h <= SMALLEST * end[0]:
@@ -163,7 +163,7 @@ def appraise(program: Program, state: Array, scales: Scales, high: Array, low: A
     """
     for number in range(SIZE):
         high[number, 0], low[number, 0] = state[0, number], state[1, number]
-    expand(program, 1.0, 1, high, low)
+    expand(program, 1.0, high, low)
     shares = np.empty(SIZE)
     write_scales(high, scales, shares)
     return shares

@@ -179,7 +179,7 @@ def _outputs(program: Program, rows: Array, wanted: np.ndarray) -> Array:
     for row in range(len(rows)):
         for number in range(SIZE):
             high[number, 0], low[number, 0] = rows[row, 0, number], rows[row, 1, number]
-        expand(program, 1.0, 0, high, low)
+        expand(program, 1.0, high, low)
         for place in range(len(wanted)):
             values[0, row, place], values[1, row, place] = high[wanted[place], 0], low[wanted[place], 0]
     return values

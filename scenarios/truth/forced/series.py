@@ -146,9 +146,9 @@ class Script:
 
 
 @kernel
-def expand(program: Program, h: float, order: int, high: Array, low: Array | None) -> None:
-    """Write the series' coefficients up to the order, (series, order + 1), in t/h, from the state at order 0."""
-    states = len(program.rates)
+def expand(program: Program, h: float, high: Array, low: Array | None) -> None:
+    """Write the series' coefficients, (series, order + 1), in t/h, from the state at order 0."""
+    states, order = len(program.rates), high.shape[1] - 1
     for k in range(order + 1):
         for number in range(len(program.operations)):
             operation = program.operations[number]
@@ -156,11 +156,16 @@ def expand(program: Program, h: float, order: int, high: Array, low: Array | Non
             target = states + number
             if kind == LINEAR:
                 combine(program, k, target, left, right, offset, high, low)
-            elif kind == PRODUCT:
-                convolve(high, low, left, right, 0, k, k, target)
-            elif kind == QUOTIENT:
+                continue
+            a, b, first, last = left, right, 0, k
+            if kind == QUOTIENT:
+                a, b, first = right, target, 1
+            elif kind == ROOT:
+                a, b, first, last = target, target, 1, k - 1
+            convolve(high, low, a, b, first, last, k, target)
+            if kind == QUOTIENT:
                 divide(high, low, left, right, k, target)
-            else:
+            elif kind == ROOT:
                 extract(high, low, left, k, target)
         if k < order:
             share = over((h, 0.0), (k + 1.0, 0.0))
@@ -227,8 +232,7 @@ def convolve(high: Array, low: Array | None, a: int, b: int, first: int, last: i
 
 @inlined
 def divide(high: Array, low: Array | None, a: int, b: int, k: int, target: int) -> None:
-    """Write a quotient's k-th coefficient: c_k = (a_k - sum over j >= 1 of b_j c_(k-j)) / b_0."""
-    convolve(high, low, b, target, 1, k, k, target)
+    """Write a quotient's k-th coefficient, where the sum is: c_k = (a_k - sum over j >= 1 of b_j c_(k-j)) / b_0."""
     if low is None:
         high[target, k] = (high[a, k] - high[target, k]) / high[b, 0]
     else:
@@ -238,14 +242,13 @@ def divide(high: Array, low: Array | None, a: int, b: int, k: int, target: int) 
 
 @inlined
 def extract(high: Array, low: Array | None, a: int, k: int, target: int) -> None:
-    """Write a root's k-th coefficient: r_k = (a_k - sum of r_j r_(k-j), 0 < j < k) / 2 r_0."""
+    """Write a root's k-th coefficient, where the sum is: r_k = (a_k - sum of r_j r_(k-j), 0 < j < k) / 2 r_0."""
     if k == 0:
         if low is None:
             high[target, 0] = np.sqrt(high[a, 0])
         else:
             high[target, 0], low[target, 0] = root((high[a, 0], low[a, 0]))
         return
-    convolve(high, low, target, target, 1, k - 1, k, target)
     if low is None:
         high[target, k] = (high[a, k] - high[target, k]) / (2.0 * high[target, 0])
     else:

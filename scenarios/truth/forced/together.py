@@ -35,7 +35,7 @@ from tumble.scenarios.truth.forced.passage import (
     Scales,
     stride,
 )
-from tumble.scenarios.truth.forced.series import LINEAR, PRODUCT, QUOTIENT, Program
+from tumble.scenarios.truth.forced.series import LINEAR, QUOTIENT, ROOT, Program
 from tumble.scenarios.truth.lanes import WIDTH, lanes, load, root_of, store
 from tumble.scenarios.truth.throw import Throw
 
@@ -191,16 +191,19 @@ def expand_together(program: Program, numbers: Numbers, h: float, order: int, hi
                 value = load(numbers.offsets, offset) if k == 0 else lanes(0.0)
                 for term in range(left, right):
                     value = value + load(numbers.coefficients, term) * load(high, program.terms[term] * count + k)
-            elif kind == PRODUCT:
-                value = convolved(high, left, right, 0, k, k)
-            elif kind == QUOTIENT:
-                rest = load(high, left * count + k) - convolved(high, right, target, 1, k, k)
-                value = rest / load(high, right * count)
-            elif k == 0:
-                value = root_of(load(high, left * count))
             else:
-                rest = load(high, left * count + k) - convolved(high, target, target, 1, k - 1, k)
-                value = rest / (2.0 * load(high, target * count))
+                a, b, first, last = left, right, 0, k
+                if kind == QUOTIENT:
+                    a, b, first = right, target, 1
+                elif kind == ROOT:
+                    a, b, first, last = target, target, 1, k - 1
+                value = convolved(high, a, b, first, last, k)
+                if kind == QUOTIENT:
+                    value = (load(high, left * count + k) - value) / load(high, right * count)
+                elif kind == ROOT and k == 0:
+                    value = root_of(load(high, left * count))
+                elif kind == ROOT:
+                    value = (load(high, left * count + k) - value) / (2.0 * load(high, target * count))
             store(high, target * count + k, value)
         if k < order:
             share = step / (k + 1.0)
