@@ -17,6 +17,8 @@ from tumble.solver.vectors import Vector, add, scale, times
 
 # Steps between two looks at the quaternion's length.  In one step the length shrinks to no less than a half.
 BLOCK = 64
+# Of the stages after the first: how far ahead, in steps, and the weight.
+STAGES = ((0.5, 2.0), (0.5, 2.0), (1.0, 1.0))
 
 
 @scalar
@@ -110,11 +112,11 @@ def rk4_forced(
         state = motion.load(row, inverse_moments)
         for done in range(0, n, BLOCK):
             for _ in range(min(BLOCK, n - done)):
-                k1 = slope(state, inverse_moments, gyroscopic, forces)
-                k2 = slope(plus_times(state, dt / 2.0, k1), inverse_moments, gyroscopic, forces)
-                k3 = slope(plus_times(state, dt / 2.0, k2), inverse_moments, gyroscopic, forces)
-                k4 = slope(plus_times(state, dt, k3), inverse_moments, gyroscopic, forces)
-                six_slopes = plus_times(plus_times(plus_times(k1, 2.0, k2), 2.0, k3), 1.0, k4)
+                rate = slope(state, inverse_moments, gyroscopic, forces)
+                six_slopes = rate
+                for ahead, weight in STAGES:
+                    rate = slope(plus_times(state, ahead * dt, rate), inverse_moments, gyroscopic, forces)
+                    six_slopes = plus_times(six_slopes, weight, rate)
                 state = plus_times(state, dt / 6.0, six_slopes)
             x, q, v, l_body = state
             state = x, _rescaled_if_any(q), v, l_body
