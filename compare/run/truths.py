@@ -181,14 +181,16 @@ class Truths:
         with self._one_at_a_time:
             waiting = [one for one in waiting if one not in self.begun]
             self.begun += waiting
+        if not waiting:
+            return
         told = {one: Progress(f"{one.scene.name} truth", self._tick) for one in waiting}
         for one in waiting:
             one.add_done_callback(lambda done, one=one: done.cancelled() or told[one].end())
             if self._execution.caches:
                 one.add_done_callback(lambda _, one=one: self._save(one))
         of = partial(true_answer, with_input_error=self._floor, limit_s=self._limit_s)
-        several = len(waiting) > 1 or self._callers or (waiting and len(self.futures) > len(self.begun))
-        if several or (waiting and fork_server.running):
+        several = len(waiting) > 1 or self._callers or len(self.futures) > len(self.begun)
+        if several or fork_server.running:
             self._share_out(waiting, [Call(of, (one.scene,), told[one]) for one in waiting])
         else:
             for one in waiting:
@@ -236,16 +238,16 @@ class Truths:
         return futures
 
     def _share_out(self, futures: Sequence[Awaited], calls: Sequence[Call]) -> None:
-        """Begin calls of scenes, those of forces in one process: to load a compiler takes 1 s."""
+        """Begin calls of scenes, a few of them that are compiled in one process: to load a compiler takes 1 s."""
         with self._one_at_a_time:
             if self._ended.is_set():
                 for future in futures:
                     future.cancel()
                 return
             if self._callers is None:
-                compiled = any(one.scene.sensors or not one.scene.is_free for one in self.futures)
+                compiled = any(is_compiled(one.scene) for one in self.futures)
                 self._callers = Callers(os.cpu_count() or 1, (__name__, *(["numba"] if compiled else [])))
-            self._callers.share_out(calls, [not one.scene.is_free for one in futures], futures)
+            self._callers.share_out(calls, [is_compiled(one.scene) for one in futures], futures)
 
     def stop(self) -> None:
         """End what is still at work, from any thread; who waits for it gets CancelledError or Died."""
@@ -289,6 +291,11 @@ def answered(scenes: Sequence[Scene], limit_s: float) -> list[Answered]:
     """
     with Truths(scenes, limit_s=limit_s) as truths:
         return [Answered(scene, truths.answer(scene).truth) for scene in scenes]
+
+
+def is_compiled(scene: Scene) -> bool:
+    """Whether kernels compute the truth of a scene, or its readings."""
+    return bool(scene.sensors) or not scene.is_free
 
 
 def is_same_motion(one: Scene, other: Scene) -> bool:

@@ -1,4 +1,4 @@
-"""Processes that share out calls: one takes those of a kind, the others the rest, and then all what is left."""
+"""Processes that share out calls: one takes those of a kind, the others the rest, and of many of a kind some, too."""
 
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -19,6 +19,8 @@ class Call(NamedTuple):
 
 
 Task = tuple[Call, "Future[Any]"]
+# So many calls of a kind are left to one process: what it loads or compiles for them another would do again.
+FEW = 12
 
 
 class Callers:
@@ -32,13 +34,23 @@ class Callers:
     ) -> Sequence["Future[Any]"]:
         """Return what will be the results of calls; the first process takes those of a kind before any other.
 
+        The others take of those only while more than a few are left.
         futures: get the results; none: new ones.
         """
         futures = futures or [Future() for _ in calls]
-        ordered = sorted(range(len(calls)), key=lambda number: not of_a_kind[number])
-        waiting = deque((calls[number], futures[number]) for number in ordered)
+        alike: deque[Task] = deque()
+        others: deque[Task] = deque()
+        for call, future, is_alike in zip(calls, futures, of_a_kind, strict=True):
+            (alike if is_alike else others).append((call, future))
+
+        def first() -> Task:
+            return (alike or others).popleft()
+
+        def next_to_it() -> Task:
+            return (others if others or len(alike) <= FEW else alike).pop()
+
         for number, caller in enumerate(self._callers):
-            _go_on(caller, waiting.pop if number else waiting.popleft)
+            _go_on(caller, next_to_it if number else first)
         return futures
 
     def end(self) -> None:

@@ -7,7 +7,7 @@ import sys
 import pytest
 from patience import PATIENCE_S
 
-from tumble.compare.run.process.callers import Call, Callers
+from tumble.compare.run.process.callers import FEW, Call, Callers
 from tumble.compare.run.process.process import Died
 
 OF_A_KIND = [False] * 5 + [True] * 3 + [False] * 5
@@ -34,6 +34,14 @@ def test_those_of_a_kind_are_one_processs_and_the_rest_of_both(processes):
     assert first < {process for _, process in results}, "the other process made no call"
     taken = [process for _, process in results].count(*first)
     assert taken > OF_A_KIND.count(True), "it ended with those of a kind"
+
+
+def test_a_few_of_a_kind_are_left_to_one_process_and_of_many_some_are_not(processes):
+    for count, takers in ((FEW, 1), (FEW + 4, 2)):
+        futures = processes.share_out([pid(number) for number in range(count)], [True] * count)
+        results = [future.result() for future in futures]
+        assert [number for number, _ in results] == list(range(count))
+        assert len({process for _, process in results}) == takers
 
 
 def test_a_call_that_nobody_waits_for_any_more_is_not_made(processes, tmp_path):
