@@ -146,7 +146,9 @@ class Grade:
             if self.hidden_by_single:
                 return TOO_LITTLE
             return TOO_LITTLE if measured.worst_m <= LITTLE * self.scale.size_m else UNEXPLAINED
-        if not diagnosis.engines and diagnosis.null.weighted_rms_m <= BARELY * self.scale.floor_m:
+        # Where digits alone are left, single precision is not there.
+        floors = diagnosis.null.weighted_rms_m / self.scale.floor_m
+        if not diagnosis.engines and (diagnosis.null.in_digits if best.in_digits <= EXPLAINED else floors) <= BARELY:
             return TOO_LITTLE
         # A part of errors that are hardly larger than digits and noise is of anything.
         in_part = TOO_LITTLE if diagnosis.in_floors <= BARELY and not diagnosis.engines else EXPLAINED_PARTLY

@@ -58,6 +58,7 @@ class Explanation:
     weight : information criterion; smaller is better
     weighted_rms_m : root mean square residual with each row weighted by its precision [m]
     in_digits : the same over the floor of the printed digits alone, without single precision
+    in_common : the same over the floor that a search has for every program
     """
 
     mistakes: Mistakes
@@ -68,6 +69,7 @@ class Explanation:
     weight: float
     weighted_rms_m: float
     in_digits: float = np.inf
+    in_common: float = np.inf
 
     @property
     def names(self) -> frozenset[str]:

@@ -240,13 +240,22 @@ def _steps(evaluator: Evaluator, null: Explanation, best: Explanation) -> list[E
 
 def _is_padded(explanation: Explanation, others: Iterable[Explanation]) -> bool:
     """Whether some of an explanation's mistakes fit nearly as well without the rest."""
-    enough = explanation.weighted_rms_m * (LEAST_HELP if explanation.is_whole else MUCH_HELP)
     return any(
         other.names < explanation.names
         and (not needs_no_single(explanation, other) or _is_fitted_to(explanation, other))
-        and (other.weighted_rms_m <= enough or (other.within_floor and explanation.within_floor))
+        and (_helps_little(explanation, other) or (other.within_floor and explanation.within_floor))
         for other in others
     )
+
+
+def _helps_little(explanation: Explanation, other: Explanation) -> bool:
+    """Whether an explanation leaves hardly less than another one.
+
+    Of what neither explains, both leave the same part of a common floor: a larger one of their own explains nothing.
+    """
+    enough = LEAST_HELP if explanation.is_whole else MUCH_HELP
+    is_common = not explanation.is_whole and other.in_common <= enough * explanation.in_common
+    return is_common or other.weighted_rms_m <= enough * explanation.weighted_rms_m
 
 
 def _is_fitted_to(explanation: Explanation, other: Explanation) -> bool:

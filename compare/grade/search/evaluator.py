@@ -26,9 +26,6 @@ from tumble.scenarios.frames import Array
 
 # Steps in a row interval of a program of which nothing is known yet.
 USUAL_STEPS = 4
-# What single precision explains, over the bound of its effect: programs of single precision that are simulated with all
-# of their mistakes leave at most 0.8 of the bound, and a residual within the floor may be twice the floor.
-OF_THE_BOUND = 0.5
 # A residual of so many floors, of the digits or of single precision, is only the error of the two simulations if it is
 # at most this share of what no mistake leaves.
 NEARLY_DIGITS, NEARLY_SINGLE, SMALL_SHARE = 4.0, 3.0, 1e-3
@@ -99,6 +96,7 @@ class Evaluator:
             weight=self.cost(mistakes) + min(weights),
             weighted_rms_m=in_noise * known.floor_m,
             in_digits=in_digits,
+            in_common=self.search_scale.in_floors(errors),
         )
 
     def _is_nearly(self, mistakes: Mistakes, in_floors: float, in_digits: float) -> bool:
@@ -167,7 +165,7 @@ class Evaluator:
         """Return the effect of single precision at times [s], in m, (T,); its steps are fine if it has none."""
         if program.scheme.attitude == SMOOTH:
             program = stepwise(program, fine_step(self.context.spacing_s))
-        return OF_THE_BOUND * single_floor(program, times, self.points)
+        return single_floor(program, times, self.points)
 
     def _vagueness(self, scale: ResidualScale) -> float:
         """Return the weight of a larger noise floor, which explains more: of the likelihood of normal deviations."""

@@ -1,13 +1,16 @@
 """Which of many explanations is told: not one that is padded, and one of each kind."""
 
+from dataclasses import replace
+
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.search.diagnosis import LEAST_HELP, MUCH_HELP, _distinct, _is_padded
 
 
-def explanation(names, weighted_rms_m, nothing=False):
+def explanation(names, weighted_rms_m, nothing=False, in_common=None):
     mistakes = tuple(Mistake(Hypothesis(name, name, name, lambda program, _: program)) for name in names)
-    return Explanation(mistakes, weighted_rms_m, weighted_rms_m, nothing, False, 0.0, weighted_rms_m)
+    left = Explanation(mistakes, weighted_rms_m, weighted_rms_m, nothing, False, 0.0, weighted_rms_m)
+    return replace(left, in_common=weighted_rms_m if in_common is None else in_common)
 
 
 def with_detail(name, part, word, rms_m):
@@ -21,6 +24,11 @@ ALONE, PAIR = explanation("a", 1.0), explanation("ab", 1.0)
 def test_a_second_mistake_that_helps_little_is_padding():
     assert _is_padded(explanation("ab", 1.01 / MUCH_HELP), [ALONE])
     assert not _is_padded(explanation("ab", 0.99 / MUCH_HELP), [ALONE])
+
+
+def test_what_only_a_larger_floor_of_its_own_explains_is_padding():
+    assert _is_padded(explanation("ab", 0.5 / MUCH_HELP, in_common=1.01 / MUCH_HELP), [ALONE])
+    assert not _is_padded(explanation("ab", 0.5 / MUCH_HELP, in_common=0.99 / MUCH_HELP), [ALONE])
 
 
 def test_one_that_leaves_nothing_needs_to_help_less():

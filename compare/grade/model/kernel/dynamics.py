@@ -65,8 +65,9 @@ IN_WORLD_AXES, IN_BODY_AXES, ALONG_SCREW = 0, 1, 2
 CAP_FORCED, CAP_WHEN_SET, CAP_BEFORE, CAP_MOVED = 0, 1, 2, 3
 # Where the height of the centre is limited: after a step; before the next one, so that a row has what a step has left.
 FLOOR_AFTER, FLOOR_BEFORE = 0, 1
-# Precision of the stored state: double; rounded to single; biased by as much as rounding can be.
-DOUBLE, ROUNDED, BIASED = 0, 1, 2
+# Precision of the stored state: double; rounded to single, w in world axes; rounded after each half of a step's change,
+# as by half kicks, w in body axes; w biased in each component, or in its size, by as much as rounding can be.
+DOUBLE, ROUNDED, ROUNDED_TWICE, BIASED, SCALED = 0, 1, 2, 3, 4
 
 
 class TetherLaw(NamedTuple):

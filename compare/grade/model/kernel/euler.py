@@ -19,6 +19,8 @@ from tumble.compare.grade.model.kernel.dynamics import (
     LAST,
     MIDPOINT,
     MOMENTUM,
+    ROUNDED_TWICE,
+    SCALED,
     Array,
     Dynamics,
     Motion,
@@ -150,12 +152,23 @@ def _rounded(a: Vector) -> Vector:
 
 
 @inner
-def to_single(motion: Motion, precision: int) -> Motion:
-    """Return a motion rounded to single precision, w in world axes; or biased by as much as rounding can be."""
+def _to_single_twice(before: Vector, after: Vector) -> Vector:
+    """Return a vector rounded to single precision after each half of its change in a step."""
+    half = scale(0.5, add(after, scale(-1.0, before)))
+    return _rounded(add(_rounded(add(before, half)), half))
+
+
+@inner
+def to_single(before: Motion, motion: Motion, precision: int) -> Motion:
+    """Return a motion after a step in single precision: see `dynamics`; before: the step."""
+    if precision == SCALED:
+        return Motion(motion.x, motion.q, motion.v, scale(1.0 + HALF_SINGLE, motion.w_body))
     if precision == BIASED:
-        spin = HALF_SINGLE * math.sqrt(dot(motion.w_body, motion.w_body))
-        w = add(motion.w_body, (spin, spin, spin))
-        return Motion(motion.x, motion.q, scale(1.0 + HALF_SINGLE, motion.v), w)
-    q, w_world = motion.q, _rounded(rotate(motion.q, motion.w_body))
-    q = (_single(q[0]), _single(q[1]), _single(q[2]), _single(q[3]))
-    return Motion(_rounded(motion.x), q, _rounded(motion.v), rotate_back(normalise(q), w_world))
+        bias = HALF_SINGLE * math.sqrt(dot(motion.w_body, motion.w_body))
+        return Motion(motion.x, motion.q, motion.v, add(motion.w_body, (bias, bias, bias)))
+    q = normalise((_single(motion.q[0]), _single(motion.q[1]), _single(motion.q[2]), _single(motion.q[3])))
+    if precision == ROUNDED_TWICE:
+        w = _to_single_twice(before.w_body, motion.w_body)
+        return Motion(_to_single_twice(before.x, motion.x), q, _to_single_twice(before.v, motion.v), w)
+    w = rotate_back(q, _rounded(rotate(motion.q, motion.w_body)))
+    return Motion(_rounded(motion.x), q, _rounded(motion.v), w)

@@ -193,7 +193,7 @@ def integrate(
                     continue
                 if floor and dynamics.floor_place == FLOOR_BEFORE:
                     motion = _above_floor(motion, motion, dt, dynamics, False)
-                growth = 1.0
+                growth, before = 1.0, motion
                 if scheme.attitude != RUNGE_KUTTA:
                     motion, growth = euler_step(motion, dt, dynamics, push, scheme, steps >= scheme.idle_steps)
                     steps += 1
@@ -206,7 +206,7 @@ def integrate(
                 if sleeps:
                     motion = _at_rest(motion, dynamics)
                 if scheme.precision != DOUBLE:
-                    motion = to_single(motion, scheme.precision)
+                    motion = to_single(before, motion, scheme.precision)
                 length *= growth
                 if scheme.normalise_every > 0 and steps % scheme.normalise_every == 0:
                     length = 1.0
