@@ -30,7 +30,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
 from tumble.compare.grade.model.kernel.gyroscopic import carried, spun
 from tumble.compare.grade.model.kernel.rates import accelerations, attitude_rate, damped, decayed
 from tumble.compare.grade.model.kernel.turning import recovered, turned
-from tumble.solver.compilation import inner
+from tumble.solver.compilation import inlined, inner
 from tumble.solver.quaternion import Quaternion, normalise, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale
 
@@ -78,7 +78,7 @@ def _along_screw(v: Vector, turn: Vector) -> Vector:
     return add(mean, scale((angle - math.sin(angle)) / (square * angle), cross(turn, across)))
 
 
-@inner
+@inlined
 def euler_step(
     motion: Motion, dt: float, dynamics: Dynamics, push: Push, scheme: Scheme, falls: bool
 ) -> tuple[Motion, float]:

@@ -20,7 +20,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     Scheme,
 )
 from tumble.compare.grade.model.kernel.rates import divided, gyroscopic_rate, to_tensor
-from tumble.solver.compilation import inner
+from tumble.solver.compilation import inlined, inner
 from tumble.solver.quaternion import Quaternion, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
@@ -133,7 +133,7 @@ def _by_scheme(w: Vector, dt: float, moments: Vector, spin: int) -> Vector:
     return _classical_gyroscopic(w, dt, moments) if spin == ORDER_4_SPIN else w
 
 
-@inner
+@inlined
 def spun(motion: Motion, w: Vector, dt: float, dynamics: Dynamics, alpha: Vector, scheme: Scheme) -> Vector:
     """Return w_body after the torques of a step at constant attitude; if L is stored, its rotation comes later."""
     if scheme.stored != MOMENTUM:

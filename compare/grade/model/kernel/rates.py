@@ -23,7 +23,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     Push,
 )
 from tumble.compare.grade.model.kernel.laws import other_drag, other_tethers
-from tumble.solver.compilation import inner
+from tumble.solver.compilation import inlined, inner
 from tumble.solver.forces import wrench
 from tumble.solver.quaternion import Quaternion, conjugate, plus, product, product_vector, rotate, rotate_back, stretch
 from tumble.solver.vectors import Vector, add, cross, dot, scale, times
@@ -87,7 +87,7 @@ def twist(x: Vector, q: Quaternion, push: Push) -> Vector:
     return add(add(push.torque, carried), cross(push.drawn, x))
 
 
-@inner
+@inlined
 def accelerations(motion: Motion, dynamics: Dynamics, push: Push) -> tuple[Vector, Vector]:
     """Return a, world axes, and alpha, body axes, without damping and the gyroscopic term."""
     force, torque = wrench(motion.x, motion.q, motion.v, motion.w_body, dynamics.forces)
@@ -131,7 +131,7 @@ def _friction(c: float, speed: float, step: float) -> float:
     return c / speed if c * step < speed else 1.0 / step
 
 
-@inner
+@inlined
 def damped(
     v: Vector, w: Vector, dt: float, step: float, old_v: Vector, old_w: Vector, q: Quaternion, dynamics: Dynamics
 ) -> tuple[Vector, Vector]:
@@ -189,7 +189,7 @@ def _held_components(change: Vector, rate: Vector, cap: float) -> Vector:
     )
 
 
-@inner
+@inlined
 def gyroscopic_rate(q: Quaternion, w_body: Vector, dynamics: Dynamics) -> Vector:
     """Return I^-1 (L x w), the gyroscopic term with the program's tensors, body axes."""
     if dynamics.tensor != dynamics.inverse_tensor:
@@ -221,7 +221,7 @@ def _turned_rate(motion: Motion, turns: Vector, dynamics: Dynamics, stored: int)
     return rate if stored == IN_BODY else add(rate, cross(w, turns))
 
 
-@inner
+@inlined
 def slope(motion: Motion, dynamics: Dynamics, push: Push, stored: int, step: float) -> Motion:
     """Return the rates of change in a continuous run, in a step of this length [s]; stored: as in `Scheme`."""
     turns = attitude_rate(motion.q, motion.w_body, dynamics)

@@ -38,7 +38,7 @@ from tumble.compare.grade.model.kernel.rates import (
     twist,
 )
 from tumble.compare.grade.model.kernel.turning import turned
-from tumble.solver.compilation import inner
+from tumble.solver.compilation import inlined, inner
 from tumble.solver.quaternion import Quaternion, conjugate, normalise, product_vector, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
@@ -119,7 +119,7 @@ def _read(state: Motion, dynamics: Dynamics, scheme: Scheme, is_stage: bool) -> 
     return Motion(state.x, q, state.v, divided(spin, dynamics.moments) if scheme.stored == MOMENTUM else spin)
 
 
-@inner
+@inlined
 def _slope(state: Motion, dynamics: Dynamics, push: Push, scheme: Scheme, step: float) -> Motion:
     """Return the rates of change of a state that is stored, in a step of this length [s].
 
@@ -175,7 +175,7 @@ def continuous_step(motion: Motion, dt: float, dynamics: Dynamics, push: Push, s
     return Motion(found.x, normalise(found.q), found.v, found.w_body)
 
 
-@inner
+@inlined
 def _kicked(motion: Motion, dt: float, dynamics: Dynamics, push: Push, stored: int) -> Motion:
     """Return a motion whose velocities have changed for dt [s], L by the torque only."""
     a, alpha = accelerations(motion, dynamics, push)
