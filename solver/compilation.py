@@ -105,10 +105,10 @@ def borrowing(function: F) -> F:
 def inlined(function: F) -> F:
     """Compile a part of a kernel into it, so that what of its results the kernel does not use is never computed.
 
-    Also for a part that is called in every step with a program's whole dynamics: to pass a hundred numbers takes longer
-    than most parts compute.
+    It borrows arrays too.  Also for a part that is called in every step with a program's whole dynamics: to pass a
+    hundred numbers takes longer than most parts compute.
     """
-    return cast(F, njit(**INNER_OPTIONS, forceinline=True)(function))
+    return cast(F, njit(**BORROWING_OPTIONS, forceinline=True)(function))
 
 
 def kernel(function: F) -> F:

@@ -30,7 +30,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
 from tumble.compare.grade.model.kernel.gyroscopic import carried, spun
 from tumble.compare.grade.model.kernel.rates import accelerations, attitude_rate, damped, decayed
 from tumble.compare.grade.model.kernel.turning import recovered, turned
-from tumble.solver.compilation import inlined, inner
+from tumble.solver.compilation import borrowing, inlined
 from tumble.solver.quaternion import Quaternion, normalise, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale
 
@@ -39,14 +39,14 @@ HALF_SINGLE = 2.0**-24
 SMALL_SQUARE = 1e-16
 
 
-@inner
+@borrowing
 def _capped(rate: Vector, cap: float) -> Vector:
     """Return a vector no longer than a cap."""
     size = math.sqrt(dot(rate, rate))
     return scale(cap / size, rate) if size > cap else rate
 
 
-@inner
+@borrowing
 def limited(v: Vector, w: Vector, q: Quaternion, dynamics: Dynamics) -> tuple[Vector, Vector]:
     """Return v and w, body axes, below the caps."""
     v, w = _capped(v, dynamics.caps[0]), _capped(w, dynamics.caps[1])
@@ -57,7 +57,7 @@ def limited(v: Vector, w: Vector, q: Quaternion, dynamics: Dynamics) -> tuple[Ve
     return v, w
 
 
-@inner
+@borrowing
 def _capped_components(rate: Vector, cap: float) -> Vector:
     """Return a vector none of whose components is larger than a cap."""
     return (
@@ -67,7 +67,7 @@ def _capped_components(rate: Vector, cap: float) -> Vector:
     )
 
 
-@inner
+@borrowing
 def _along_screw(v: Vector, turn: Vector) -> Vector:
     """Return the mean of a velocity that is rotated by a vector [rad] in a step (the left Jacobian of SO(3))."""
     square = dot(turn, turn)
@@ -122,7 +122,7 @@ def euler_step(
     return Motion(x, q, v, w), growth
 
 
-@inner
+@borrowing
 def matrix_step(columns: Array, dt: float, momentum: Vector, moments: Vector) -> Vector:
     """Take one step of R += dt [w]x R in place, w = R I^-1 R^T L, and return w (IGR202 report, section 3.1).
 
@@ -139,26 +139,26 @@ def matrix_step(columns: Array, dt: float, momentum: Vector, moments: Vector) ->
     return w
 
 
-@inner
+@borrowing
 def _single(a: float) -> float:
     """Return a number rounded to single precision."""
     return np.float64(np.float32(a))
 
 
-@inner
+@borrowing
 def _rounded(a: Vector) -> Vector:
     """Return a vector rounded to single precision."""
     return (_single(a[0]), _single(a[1]), _single(a[2]))
 
 
-@inner
+@borrowing
 def _to_single_twice(before: Vector, after: Vector) -> Vector:
     """Return a vector rounded to single precision after each half of its change in a step."""
     half = scale(0.5, add(after, scale(-1.0, before)))
     return _rounded(add(_rounded(add(before, half)), half))
 
 
-@inner
+@borrowing
 def to_single(before: Motion, motion: Motion, precision: int) -> Motion:
     """Return a motion after a step in single precision: see `dynamics`; before: the step."""
     if precision == SCALED:

@@ -15,12 +15,12 @@ from tumble.compare.grade.model.kernel.dynamics import (
     Push,
 )
 from tumble.compare.grade.model.kernel.rates import angular_response, in_world
-from tumble.solver.compilation import inner
+from tumble.solver.compilation import borrowing, inner
 from tumble.solver.quaternion import rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, scale
 
 
-@inner
+@borrowing
 def _lever(motion: Motion, event: Array, dynamics: Dynamics, length: float) -> Vector:
     """Return the program's lever of an impulse, world axes; length: of the quaternion, which scales its matrix."""
     point = (event[8], event[9], event[10])
@@ -36,7 +36,7 @@ def _lever(motion: Motion, event: Array, dynamics: Dynamics, length: float) -> V
     return scale(sign, add(point, add(scale(-share, motion.x), (-x, -y, -z))))
 
 
-@inner
+@borrowing
 def _after_impulse(motion: Motion, dynamics: Dynamics, moves: Vector, twist: Vector, length: float) -> Motion:
     """Return the motion after an impulse [N s] and an angular one [N m s], world axes; length: of the quaternion."""
     spins = angular_response(motion.q, rotate_back(motion.q, twist), dynamics, dynamics.impulse_tensor)
@@ -45,7 +45,7 @@ def _after_impulse(motion: Motion, dynamics: Dynamics, moves: Vector, twist: Vec
     return Motion(motion.x, motion.q, v, add(scale(kept, motion.w_body), scale(length**4, spins)))
 
 
-@inner
+@borrowing
 def _turned(motion: Motion, impulse: Vector, dynamics: Dynamics) -> Vector:
     """Return an impulse as the program takes its components, world axes."""
     if dynamics.impulse_axes == AXES_OF_BODY:
@@ -80,7 +80,7 @@ def happen(
     return motion, _pushed(push, 1, moves, turns, lever, dynamics), nothing
 
 
-@inner
+@borrowing
 def _pushed(push: Push, sign: int, moves: Vector, turns: Vector, lever: Vector, dynamics: Dynamics) -> Push:
     """Return the lasting forces after a force, its part for the rotation and its lever begin, or with sign -1 end."""
     acting, force, turns = push.acting + sign, add(push.force, scale(sign, moves)), scale(sign, turns)

@@ -20,7 +20,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     Scheme,
 )
 from tumble.compare.grade.model.kernel.rates import divided, gyroscopic_rate, to_tensor
-from tumble.solver.compilation import inlined, inner
+from tumble.solver.compilation import borrowing, inlined
 from tumble.solver.quaternion import Quaternion, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
@@ -29,7 +29,7 @@ from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 ROUNDS, NEWTON_STEPS = 12, 5
 
 
-@inner
+@borrowing
 def _implicit_gyroscopic(w: Vector, dt: float, moments: Vector, steps: int) -> Vector:
     """Return w after the torque -w x I w, by Newton steps of implicit Euler from w on.
 
@@ -48,7 +48,7 @@ def _implicit_gyroscopic(w: Vector, dt: float, moments: Vector, steps: int) -> V
     return after
 
 
-@inner
+@borrowing
 def _solved(first: Vector, second: Vector, third: Vector, right: Vector) -> Vector:
     """Return the solution of a system of three equations by their rows: Cramer's rule."""
     minors = cross(second, third), cross(third, first), cross(first, second)
@@ -56,7 +56,7 @@ def _solved(first: Vector, second: Vector, third: Vector, right: Vector) -> Vect
     return scale(1.0 / dot(first, minors[0]), solution)
 
 
-@inner
+@borrowing
 def _backward_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
     """Return w after the torque L x w' of the new w' and the old L, as in the Open Dynamics Engine."""
     a, b, c = moments
@@ -64,7 +64,7 @@ def _backward_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
     return _solved((a, z, -y), (-z, b, x), (y, -x, c), times(moments, w))
 
 
-@inner
+@borrowing
 def _rescaled_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
     """Return w after the torque L x w, with L as long as it was; so in PhysX and Jolt."""
     momentum = times(moments, w)
@@ -73,7 +73,7 @@ def _rescaled_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
     return divided(scale(math.sqrt(dot(momentum, momentum) / size), after), moments) if size > 0.0 else w
 
 
-@inner
+@borrowing
 def _midpoint_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
     """Return w after the torque -w x I w at the mean of the old and the new w."""
     after = w
@@ -83,13 +83,13 @@ def _midpoint_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
     return after
 
 
-@inner
+@borrowing
 def _rate(w: Vector, moments: Vector) -> Vector:
     """Return I^-1 (L x w)."""
     return divided(cross(times(moments, w), w), moments)
 
 
-@inner
+@borrowing
 def _energy_kept_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
     """Return w after an explicit step, scaled so that the energy stays."""
     after = add(w, scale(dt, _rate(w, moments)))
@@ -97,7 +97,7 @@ def _energy_kept_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
     return scale(math.sqrt(old / new), after) if new > 0.0 else w
 
 
-@inner
+@borrowing
 def _heun_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
     """Return w after a step of Heun's method."""
     first = _rate(w, moments)
@@ -105,7 +105,7 @@ def _heun_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
     return add(w, scale(0.5 * dt, add(first, second)))
 
 
-@inner
+@borrowing
 def _classical_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
     """Return w after a step of the classical Runge-Kutta method."""
     first = _rate(w, moments)
@@ -115,7 +115,7 @@ def _classical_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
     return add(w, scale(dt / 6.0, add(add(first, fourth), scale(2.0, add(second, third)))))
 
 
-@inner
+@borrowing
 def _by_scheme(w: Vector, dt: float, moments: Vector, spin: int) -> Vector:
     """Return w, in the axes of the inertia tensor, after a step of the gyroscopic term by one of the schemes."""
     if spin in (IMPLICIT, CONVERGED):
@@ -148,7 +148,7 @@ def spun(motion: Motion, w: Vector, dt: float, dynamics: Dynamics, alpha: Vector
     return add(w, scale(dt, alpha))
 
 
-@inner
+@borrowing
 def carried(q: Quaternion, q_next: Quaternion, w: Vector, dynamics: Dynamics) -> Vector:
     """Return w_body at the next attitude if L, or w, in world axes is constant."""
     if dynamics.gyroscopic == 0.0:

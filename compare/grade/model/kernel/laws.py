@@ -11,12 +11,12 @@ from tumble.compare.grade.model.kernel.dynamics import (
     Dynamics,
     Motion,
 )
-from tumble.solver.compilation import inner
+from tumble.solver.compilation import borrowing
 from tumble.solver.quaternion import rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale
 
 
-@inner
+@borrowing
 def other_drag(motion: Motion, dynamics: Dynamics) -> tuple[Vector, Vector, Vector]:
     """Return a force, world axes, a torque and an angular acceleration, body axes."""
     quadratic, quadratic_spin, undivided = dynamics.other_drag
@@ -25,7 +25,7 @@ def other_drag(motion: Motion, dynamics: Dynamics) -> tuple[Vector, Vector, Vect
     return force, scale(-quadratic_spin * math.sqrt(dot(w, w)), w), scale(-undivided, w)
 
 
-@inner
+@borrowing
 def other_tethers(motion: Motion, tethers: Array | None, dynamics: Dynamics) -> tuple[Vector, Vector]:
     """Return the force of all tethers, world axes, and their torque, body axes."""
     force, torque = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
@@ -37,7 +37,7 @@ def other_tethers(motion: Motion, tethers: Array | None, dynamics: Dynamics) -> 
     return scale(dynamics.tether_law.moves, force), rotate_back(motion.q, torque)
 
 
-@inner
+@borrowing
 def _other_tether(motion: Motion, tethers: Array, number: int, dynamics: Dynamics) -> tuple[Vector, Vector]:
     """Return the force of a tether and its torque, world axes."""
     law = dynamics.tether_law
@@ -63,7 +63,7 @@ def _other_tether(motion: Motion, tethers: Array, number: int, dynamics: Dynamic
     return force, cross(_lever(motion, point, law.torque_lever, dynamics), force)
 
 
-@inner
+@borrowing
 def _lever(motion: Motion, point: Vector, lever: int, dynamics: Dynamics) -> Vector:
     """Return the vector from the centre of mass to a point of the body, as the program has it, world axes."""
     if lever == AS_THE_BODY:

@@ -23,13 +23,13 @@ from tumble.compare.grade.model.kernel.dynamics import (
     Push,
 )
 from tumble.compare.grade.model.kernel.laws import other_drag, other_tethers
-from tumble.solver.compilation import inlined, inner
+from tumble.solver.compilation import borrowing, inlined
 from tumble.solver.forces import wrench
 from tumble.solver.quaternion import Quaternion, conjugate, plus, product, product_vector, rotate, rotate_back, stretch
 from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
 
-@inner
+@borrowing
 def attitude_rate(q: Quaternion, w_body: Vector, dynamics: Dynamics) -> Vector:
     """Return the angular velocity r with which the program rotates the attitude, body axes: q' = q r~ / 2."""
     rate = scale(dynamics.attitude_rate_factor, w_body)
@@ -40,7 +40,7 @@ def attitude_rate(q: Quaternion, w_body: Vector, dynamics: Dynamics) -> Vector:
     return rotate(dynamics.file_axes, rotate(q, rate))
 
 
-@inner
+@borrowing
 def to_tensor(q: Quaternion, dynamics: Dynamics, tensor: int) -> Quaternion:
     """Return the rotation from body axes to those in which the program's inertia tensor is diagonal."""
     if tensor == FROZEN:
@@ -51,13 +51,13 @@ def to_tensor(q: Quaternion, dynamics: Dynamics, tensor: int) -> Quaternion:
     )
 
 
-@inner
+@borrowing
 def divided(momentum: Vector, moments: Vector) -> Vector:
     """Return I^-1 L."""
     return (momentum[0] / moments[0], momentum[1] / moments[1], momentum[2] / moments[2])
 
 
-@inner
+@borrowing
 def angular_response(q: Quaternion, torque: Vector, dynamics: Dynamics, tensor: int) -> Vector:
     """Return the change of w_body by a torque, or an angular impulse, with the program's inertia; body axes."""
     if tensor == TURNED:
@@ -78,7 +78,7 @@ def angular_response(q: Quaternion, torque: Vector, dynamics: Dynamics, tensor: 
     return rotate_back(there, divided(rotate(there, torque), dynamics.moments))
 
 
-@inner
+@borrowing
 def twist(x: Vector, q: Quaternion, push: Push) -> Vector:
     """Return the torque of lasting forces, world axes."""
     carried = cross(rotate(q, (1.0, 0.0, 0.0)), push.rows[0])
@@ -110,20 +110,20 @@ def accelerations(motion: Motion, dynamics: Dynamics, push: Push) -> tuple[Vecto
     return a, add(alpha, angular_response(motion.q, torque, dynamics, dynamics.inverse_tensor))
 
 
-@inner
+@borrowing
 def in_world(q: Quaternion, components: Vector, dynamics: Dynamics) -> Vector:
     """Return a vector whose components are in the file's axes of the body, world axes."""
     return rotate(q, rotate(dynamics.file_axes, components))
 
 
-@inner
+@borrowing
 def _is_braked(dynamics: Dynamics) -> bool:
     """Whether something is damped along an axis."""
     of_v, of_body, of_world = dynamics.axis_damping
     return dot(of_v, of_v) + dot(of_body, of_body) + dot(of_world, of_world) > 0.0
 
 
-@inner
+@borrowing
 def _friction(c: float, speed: float, step: float) -> float:
     """Return the rate [1/s] at which dry friction slows a speed down; it stops a body in a step, and reverses none."""
     if speed <= 0.0:
@@ -159,7 +159,7 @@ def damped(
     return add(v, scale(-dt * slow, old_v)), w
 
 
-@inner
+@borrowing
 def decayed(v: Vector, w: Vector, dt: float, q: Quaternion, dynamics: Dynamics) -> tuple[Vector, Vector]:
     """Return v and w after the damping of a step."""
     if dynamics.damping_form == LINEARLY:
@@ -171,7 +171,7 @@ def decayed(v: Vector, w: Vector, dt: float, q: Quaternion, dynamics: Dynamics) 
     return scale(1.0 / (1.0 + slow), v), scale(1.0 / (1.0 + brake), w)
 
 
-@inner
+@borrowing
 def _held(change: Vector, rate: Vector, cap: float) -> Vector:
     """Return the rate of change of a vector whose length is limited by a cap."""
     square = dot(rate, rate)
@@ -179,7 +179,7 @@ def _held(change: Vector, rate: Vector, cap: float) -> Vector:
     return add(change, scale(-grows / square, rate)) if grows > 0.0 and square >= cap * cap else change
 
 
-@inner
+@borrowing
 def _held_components(change: Vector, rate: Vector, cap: float) -> Vector:
     """Return the rate of change of a vector each of whose components is limited by a cap."""
     return (
@@ -208,7 +208,7 @@ def gyroscopic_rate(q: Quaternion, w_body: Vector, dynamics: Dynamics) -> Vector
     return rotate_back(there, scale(dynamics.gyroscopic, rate))
 
 
-@inner
+@borrowing
 def _turned_rate(motion: Motion, turns: Vector, dynamics: Dynamics, stored: int) -> Vector:
     """Return the rate of change of w_body without a torque, in a body that rotates with an angular velocity `turns`.
 
@@ -238,7 +238,7 @@ def slope(motion: Motion, dynamics: Dynamics, push: Push, stored: int, step: flo
     return Motion(motion.v, product_vector(motion.q, scale(0.5, turns)), a, alpha)
 
 
-@inner
+@borrowing
 def along(motion: Motion, dt: float, slope: Motion) -> Motion:
     """Return the motion after a time [s] at constant rates of change."""
     return Motion(

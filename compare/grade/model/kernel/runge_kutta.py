@@ -38,7 +38,7 @@ from tumble.compare.grade.model.kernel.rates import (
     twist,
 )
 from tumble.compare.grade.model.kernel.turning import turned
-from tumble.solver.compilation import inlined, inner
+from tumble.solver.compilation import borrowing, inlined
 from tumble.solver.quaternion import Quaternion, conjugate, normalise, product_vector, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
@@ -49,7 +49,7 @@ SPINNING_UP = 3.0
 Tableau = tuple[int, float, tuple[float, float], tuple[float, float, float], tuple[float, float, float, float]]
 
 
-@inner
+@borrowing
 def _tableau(method: int) -> Tableau:
     """Return the coefficients of a method.  Source: Hairer, Norsett, Wanner I, Sec. II.1; Shu and Osher (1988)."""
     if method == ORDER_4:
@@ -67,7 +67,7 @@ def _tableau(method: int) -> Tableau:
     return 4, 1 / 3, (-1 / 3, 1.0), (1.0, -1.0, 1.0), (1 / 8, 3 / 8, 3 / 8, 1 / 8)
 
 
-@inner
+@borrowing
 def _stored(motion: Motion, dynamics: Dynamics, stored: int) -> Motion:
     """Return a motion with what the program stores of the rotation, w or L in world axes, in the place of w_body."""
     if stored == IN_BODY:
@@ -76,7 +76,7 @@ def _stored(motion: Motion, dynamics: Dynamics, stored: int) -> Motion:
     return Motion(motion.x, motion.q, motion.v, rotate(motion.q, spin))
 
 
-@inner
+@borrowing
 def _unrotated(q: Quaternion, a: Vector) -> Vector:
     """Return M^-1 a for the matrix M of a quaternion of any length by the formula for unit quaternions.
 
@@ -90,7 +90,7 @@ def _unrotated(q: Quaternion, a: Vector) -> Vector:
     return add(add(a, scale(-2.0 * w / size, across)), twice)
 
 
-@inner
+@borrowing
 def _answered(q: Quaternion, torque: Vector, dynamics: Dynamics, stages: int) -> Vector:
     """Return J^-1 T with the inertia tensor in world axes of a stage whose quaternion is not normalised.
 
@@ -101,13 +101,13 @@ def _answered(q: Quaternion, torque: Vector, dynamics: Dynamics, stages: int) ->
     return rotate(q, divided(rotate_back(q, torque), dynamics.moments))
 
 
-@inner
+@borrowing
 def _is_raw(dynamics: Dynamics, scheme: Scheme) -> bool:
     """Return whether the tensor is of the quaternions of the stages as they are."""
     return scheme.stages >= RAW and scheme.stored != IN_BODY and dynamics.tensor == dynamics.inverse_tensor == TURNED
 
 
-@inner
+@borrowing
 def _read(state: Motion, dynamics: Dynamics, scheme: Scheme, is_stage: bool) -> Motion:
     """Return the motion of a state that `_stored` returned, with a unit quaternion; is_stage: it was not normalised."""
     q = normalise(state.q)
@@ -146,7 +146,7 @@ def _slope(state: Motion, dynamics: Dynamics, push: Push, scheme: Scheme, step: 
     return Motion(motion.v, product_vector(q, scale(0.5, turns)), a, alpha)
 
 
-@inner
+@borrowing
 def _explicit(state: Motion, dt: float, dynamics: Dynamics, push: Push, scheme: Scheme) -> Motion:
     """Return the state dt [s] on, by an explicit Runge-Kutta method."""
     stages, second_row, third_row, fourth_row, weights = _tableau(scheme.spin)
@@ -163,7 +163,7 @@ def _explicit(state: Motion, dt: float, dynamics: Dynamics, push: Push, scheme: 
     return along(found, dt * weights[3], _slope(last, dynamics, push, scheme, dt))
 
 
-@inner
+@borrowing
 def continuous_step(motion: Motion, dt: float, dynamics: Dynamics, push: Push, stored: int) -> Motion:
     """Return the motion dt [s] on in a run without steps of its own, by the classical method of order 4."""
     first = slope(motion, dynamics, push, stored, dt)
@@ -186,7 +186,7 @@ def _kicked(motion: Motion, dt: float, dynamics: Dynamics, push: Push, stored: i
     return Motion(motion.x, motion.q, add(motion.v, scale(dt, a)), add(motion.w_body, scale(dt, alpha)))
 
 
-@inner
+@borrowing
 def _velocity_verlet(motion: Motion, dt: float, dynamics: Dynamics, push: Push, scheme: Scheme) -> Motion:
     """Return the motion dt [s] on: half a kick, a drift, half a kick.
 
@@ -209,7 +209,7 @@ def _velocity_verlet(motion: Motion, dt: float, dynamics: Dynamics, push: Push, 
     return _kicked(moved, dt / 2.0, dynamics, push, scheme.stored)
 
 
-@inner
+@borrowing
 def runge_kutta_step(motion: Motion, dt: float, dynamics: Dynamics, push: Push, scheme: Scheme) -> Motion:
     """Return the motion dt [s] on by the method of a scheme."""
     if dynamics.damping_place == BEFORE_FORCES:
@@ -223,14 +223,14 @@ def runge_kutta_step(motion: Motion, dt: float, dynamics: Dynamics, push: Push, 
     return _decayed(motion, dt, dynamics) if is_late else motion
 
 
-@inner
+@borrowing
 def _decayed(motion: Motion, dt: float, dynamics: Dynamics) -> Motion:
     """Return a motion after the damping of a step."""
     v, w = decayed(motion.v, motion.w_body, dt, motion.q, dynamics)
     return Motion(motion.x, motion.q, v, w)
 
 
-@inner
+@borrowing
 def smooth_count(
     motion: Motion, interval: float, dynamics: Dynamics, push: Push, spring_rate: float, turn: float
 ) -> float:

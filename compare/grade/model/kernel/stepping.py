@@ -27,7 +27,7 @@ from tumble.compare.grade.model.kernel.euler import euler_step, limited, matrix_
 from tumble.compare.grade.model.kernel.events import happen
 from tumble.compare.grade.model.kernel.rates import twist
 from tumble.compare.grade.model.kernel.runge_kutta import continuous_step, runge_kutta_step, smooth_count
-from tumble.solver.compilation import inner, kernel_with
+from tumble.solver.compilation import borrowing, kernel_with
 from tumble.solver.quaternion import Quaternion, normalise, rotate, rotate_back, stretch
 from tumble.solver.vectors import Vector, add, dot, scale, times
 
@@ -42,7 +42,7 @@ LEAST_SHARE = 1e-3
 TINY = 1e-300
 
 
-@inner
+@borrowing
 def _write(row: Array, motion: Motion, q: Quaternion, columns: Array, w_matrix: Vector, attitude: int) -> None:
     """Write a row; q: of the program's length."""
     row[0], row[1], row[2] = motion.x
@@ -61,7 +61,7 @@ def _write(row: Array, motion: Motion, q: Quaternion, columns: Array, w_matrix: 
                 row[3 + 3 * j + i] = columns[i, j]
 
 
-@inner
+@borrowing
 def _limited(motion: Motion, dynamics: Dynamics) -> Motion:
     """Return a motion whose velocities are below the caps."""
     if not dynamics.is_capped:
@@ -70,7 +70,7 @@ def _limited(motion: Motion, dynamics: Dynamics) -> Motion:
     return Motion(motion.x, motion.q, v, w)
 
 
-@inner
+@borrowing
 def _at_rest(motion: Motion, dynamics: Dynamics) -> Motion:
     """Return a motion whose velocities are 0 below the thresholds."""
     slow, slow_spin = dynamics.thresholds
@@ -82,7 +82,7 @@ def _at_rest(motion: Motion, dynamics: Dynamics) -> Motion:
     return Motion(motion.x, motion.q, v, w)
 
 
-@inner
+@borrowing
 def _share_above(before: float, after: float, threshold: float) -> float:
     """Return the share of a step after which a speed that changes linearly is below a threshold, or 1; of squares."""
     if before >= threshold * threshold > after:  # neither is true of a run that diverged
@@ -91,7 +91,7 @@ def _share_above(before: float, after: float, threshold: float) -> float:
     return 1.0
 
 
-@inner
+@borrowing
 def _share_awake(before: Motion, after: Motion, dynamics: Dynamics) -> float:
     """Return the share of a step after which a velocity is below its threshold, or 1."""
     slow, slow_spin = dynamics.thresholds
@@ -101,7 +101,7 @@ def _share_awake(before: Motion, after: Motion, dynamics: Dynamics) -> float:
     )
 
 
-@inner
+@borrowing
 def _above_floor(motion: Motion, before: Motion, dt: float, dynamics: Dynamics, smooth: bool) -> Motion:
     """Return a motion whose centre is at no negative height: it stops there, or bounces.
 

@@ -10,7 +10,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     SECOND_ORDER,
     TANGENT,
 )
-from tumble.solver.compilation import inner
+from tumble.solver.compilation import borrowing
 from tumble.solver.quaternion import (
     Quaternion,
     conjugate,
@@ -29,7 +29,7 @@ from tumble.solver.vectors import Vector, add, cross, dot, scale
 SMALL_SQUARE = 1e-12
 
 
-@inner
+@borrowing
 def turned(q: Quaternion, turn: Vector, attitude: int, file_axes: Quaternion) -> tuple[Quaternion, float]:
     """Return q rotated by a vector [rad], body axes, and the factor on its length in the program.
 
@@ -47,7 +47,7 @@ def turned(q: Quaternion, turn: Vector, attitude: int, file_axes: Quaternion) ->
     return normalise(longer), math.sqrt(norm_squared(longer))
 
 
-@inner
+@borrowing
 def _by_another_angle(turn: Vector, attitude: int) -> Quaternion:
     """Return a rotation about a vector whose angle is not quite its length a: see `dynamics`."""
     square = dot(turn, turn)
@@ -60,7 +60,7 @@ def _by_another_angle(turn: Vector, attitude: int) -> Quaternion:
     return exponential(scale(ratio, turn))
 
 
-@inner
+@borrowing
 def _orthonormalised(turn_world: Vector, q: Quaternion) -> Quaternion:
     """Return the rotation, world axes, from R to (1 + [t]) R whose columns are made orthonormal, the first first."""
     first, second = rotate(q, (1.0, 0.0, 0.0)), rotate(q, (0.0, 1.0, 0.0))
@@ -72,7 +72,7 @@ def _orthonormalised(turn_world: Vector, q: Quaternion) -> Quaternion:
     return _between(first, second, x, y)
 
 
-@inner
+@borrowing
 def _between(x: Vector, y: Vector, x_new: Vector, y_new: Vector) -> Quaternion:
     """Return the smaller rotation of an orthonormal pair of vectors onto another one, less than half a turn."""
     # Of a rotation with an axis a and an angle b, the sum of e x e' over three unit vectors is 2 sin b a.
@@ -83,7 +83,7 @@ def _between(x: Vector, y: Vector, x_new: Vector, y_new: Vector) -> Quaternion:
     return normalise((1.0 + cosine, a, b, c))
 
 
-@inner
+@borrowing
 def _axis_by_axis(q: Quaternion, turn_world: Vector) -> Quaternion:
     """Return q rotated about x, then y, then z of the world."""
     x, y, z = scale(0.5, turn_world)
@@ -91,7 +91,7 @@ def _axis_by_axis(q: Quaternion, turn_world: Vector) -> Quaternion:
     return normalise(product(about_z, product(about_y, product(about_x, q))))
 
 
-@inner
+@borrowing
 def recovered(old: Quaternion, new: Quaternion, dt: float) -> Vector:
     """Return the angular velocity 2 Im(q' q*)/dt of two attitudes, in the body axes of the new one.
 
