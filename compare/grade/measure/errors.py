@@ -397,23 +397,29 @@ def _is_single(trajectory: Trajectory) -> bool:
 
     One group is enough: a program may convert the others in double precision when it writes them.
     """
-    return any(any(one.is_decisive for one in group) for group in _unrefuted(trajectory))
+    return any(one.is_decisive for one in _unrefuted(trajectory).values())
 
 
 def _may_be_single(trajectory: Trajectory) -> bool:
     """Whether no number of the position, the attitude or the vertices refutes that they are of single precision.
 
-    Vertices, matrices and lengths in another unit are computed when they are written, perhaps in double precision.
+    Vertices, matrices and lengths in another unit are computed when they are written, perhaps in double precision.  If
+    the quaternion refutes it, the centre counts only if it could do so too: the round numbers of a free flight from
+    round values could not.
     """
     description = trajectory.descriptions[0]
     if description.kind in ("vertices", "matrix") or any(
         trajectory.columns[name].factor != 1.0 for name in CENTRE if name in trajectory.columns
     ):
         return True
-    return any(any(one.place for one in group) for group in _unrefuted(trajectory))
+    unrefuted = _unrefuted(trajectory)
+    if QUATERNION[0] in trajectory.columns and unrefuted.keys() <= set(CENTRE):
+        return any(one.is_telling for one in unrefuted.values())
+    return any(one.place for one in unrefuted.values())
 
 
-def _unrefuted(trajectory: Trajectory) -> list[list[Digits]]:
-    """Return the print formats of each group of columns in which every number may be of single precision."""
-    printed = [[trajectory.digits[name] for name in group] for group in trajectory.places()]
-    return [group for group in printed if all(one.single for one in group)]
+def _unrefuted(trajectory: Trajectory) -> dict[str, Digits]:
+    """Return the print formats of the groups of columns in which every number may be of single precision."""
+    digits = trajectory.digits
+    groups = [group for group in trajectory.places() if all(digits[name].single for name in group)]
+    return {name: digits[name] for group in groups for name in group}

@@ -13,7 +13,7 @@ NUMBER = re.compile(r"[+-]?(\d*)(?:\.(\d*))?(?:[eE]([+-]?\d{1,9}))?", re.ASCII)
 NOTHING = 1e-6
 # Nine significant digits distinguish a single-precision number from its neighbours, and from most doubles; with eight
 # most doubles, and with seven some, are not the nearest to any.
-DECISIVE = 9
+DECISIVE, TELLING = 9, 8
 # At least this many cells with equally many decimals were printed so; a shortest number ends in 0 one time in ten.
 FIXED = 30
 # Significant digits of a double.
@@ -28,15 +28,25 @@ class Digits(NamedTuple):
     """The print format of a column.
 
     place: finest place of a last digit, 0 of a constant; figures: most significant digits; single: every cell may be a
-    single-precision number as far as its digits show; is_decisive: some cell has enough digits to show that it is one;
+    single-precision number as far as its digits show; longest: most significant digits without zeros at either end;
     fixed: all cells have equally many decimals, as by %.4f, and not as many as a number needs.
     """
 
     place: float = 0.0
     figures: int = 17
     single: bool = False
-    is_decisive: bool = False
+    longest: int = 0
     fixed: bool = True
+
+    @property
+    def is_decisive(self) -> bool:
+        """Whether some cell has enough digits to show that it is a single-precision number."""
+        return self.longest >= DECISIVE
+
+    @property
+    def is_telling(self) -> bool:
+        """Whether some cell has so many digits that most doubles are seen to be none of single precision."""
+        return self.longest >= TELLING
 
     def half(self, values: Array) -> Array:
         """Return half a unit in the last place of values, in the column's own unit."""
@@ -48,7 +58,7 @@ class Digits(NamedTuple):
 
 def digits(cells: Iterable[str]) -> Digits:
     """Return the print format of cells that hold numbers."""
-    figures, single, is_decisive, ends = 1, True, False, False
+    figures, longest, single, ends = 1, 0, True, False
     places: set[float] = set()
     cells = [cell.strip() for cell in cells]
     constant = len(set(cells)) == 1
@@ -66,17 +76,14 @@ def digits(cells: Iterable[str]) -> Digits:
         figures = max(figures, written)
         ends = ends or part.endswith("0")
         # A short number such as 169.3750000 is single precision by chance.
-        if len((whole + part).strip("0")) >= DECISIVE:
-            is_decisive = True
+        longest = max(longest, len((whole + part).strip("0")))
         value = float(match[0])
         single = single and abs(value - _single(value)) <= 0.501 * last
     if constant:
         return Digits(single=single)  # a constant shows no rounding
     # Printed with fixed decimals, as by %.4f, the number of significant digits follows the size.
     fixed = len(places) == 1 and (ends or len(cells) >= FIXED)
-    return Digits(
-        min(places, default=0.0), figures if len(places) > 1 else Digits().figures, single, is_decisive, fixed
-    )
+    return Digits(min(places, default=0.0), figures if len(places) > 1 else Digits().figures, single, longest, fixed)
 
 
 def with_shared_format(columns: Sequence[Digits]) -> list[Digits]:

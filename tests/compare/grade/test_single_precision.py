@@ -7,9 +7,12 @@ import pytest
 from programs import Program, fly, read, write
 
 from tumble.compare.grade.grade import grade
+from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.measure.significance import EXPLAINED
 from tumble.compare.grade.measure.single_precision import single_floor, stepwise
 from tumble.compare.grade.model.program_model import correct_program, output_points
+from tumble.compare.grade.model.reference import Reference
+from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.scenarios.read import read_scene
 
 CATALOGUE = Path(__file__).parents[3] / "scenarios" / "catalogue"
@@ -41,3 +44,16 @@ def test_a_mistake_that_is_larger_is_not_hidden(tmp_path):
     assert 3e-3 < graded.measured.worst_m < 5e-3
     assert graded.measured.may_be_single
     assert not graded.hidden_by_single
+
+
+@pytest.mark.parametrize(
+    ("attitude", "centre", "may_be"),
+    [(np.float64, np.float64, False), (np.float64, np.float32, True), (np.float32, np.float64, True)],
+)
+def test_round_numbers_do_not_speak_for_single_precision(tmp_path, attitude, centre, may_be):
+    """In a free flight from round values the centre's numbers are short, so they refute nothing."""
+    states = Reference(scene := read_scene("brick-tumble")).states(0, times := np.arange(51) * 0.02)
+    numbers = np.column_stack((times, states[:, :3].astype(centre), states[:, 3:7].astype(attitude)))
+    file = tmp_path / "flight.csv"
+    np.savetxt(file, numbers, "%.9g", ",", header="t_s,x_m,y_m,z_m,qw,qx,qy,qz", comments="")
+    assert measure(Trajectory(file, scene, {}), scene).may_be_single is may_be
