@@ -98,6 +98,15 @@ def borrowing(function: F) -> F:
 
     Counting takes half of the time of a kernel whose small parts pass arrays to each other.  A part that returned an
     array would return one that may be gone.
+
+    Parameters
+    ----------
+    function
+        on numbers, tuples and arrays
+
+    Returns
+    -------
+    compiled function
     """
     return cast(F, njit(**BORROWING_OPTIONS)(function))
 
@@ -107,6 +116,15 @@ def inlined(function: F) -> F:
 
     It borrows arrays too.  Also for a part that is called in every step with a program's whole dynamics: to pass a
     hundred numbers takes longer than most parts compute.
+
+    Parameters
+    ----------
+    function
+        on numbers, tuples and arrays
+
+    Returns
+    -------
+    compiled function
     """
     return cast(F, njit(**BORROWING_OPTIONS, forceinline=True)(function))
 

@@ -135,6 +135,9 @@ def test_what_the_noise_hides_need_not_be_named_and_may_be():
     weak = replace(program, planted=program.planted[1:])
     assert assessed(weak, said("correct to its noise"), noise=1e-3) == (score.FAINT, score.RIGHT)
     assert assessed(weak, said(FIRM, [GRAVITY]), noise=1e-3) == (score.FAINT, score.WRONG)
+    damping = Claim("linear-damping", {"rate": "0.002"})
+    assert assessed(weak, said(FIRM, [GRAVITY], [damping]), noise=1e-3) == (score.FAINT, score.RIGHT)
+    assert assessed(weak, said(FIRM, [GRAVITY], [GRAVITY, damping]), noise=1e-3) == (score.FAINT, score.WRONG)
 
 
 def test_late_and_interpolated_rows_are_named_by_one_claim_or_two():

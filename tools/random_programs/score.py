@@ -12,7 +12,8 @@ from tools.random_programs.program import Case, Fact, Truth, Writes, apart_from
 NOTHING, FAINT, NAMED, UNNAMED = "nothing to see", "faint", "named", "unnamed"
 # Classes of answers.  Right: every mistake and nothing else.  Extras: every mistake and something else.  Alike: one of
 # the explanations called equally good is right.  Same motion: it names something that makes the same motion.  Partly:
-# some mistakes, or all of them called a partial explanation.  Honest: not explained, or called partial.  Firmly wrong.
+# some mistakes, or all of them called a partial explanation.  Honest: not explained, or called partial.  Firmly wrong:
+# none of the explanations called equally good is right.
 # False correct.  False alarm: a correct file is called wrong.  Failed: no answer.
 RIGHT, EXTRAS, ALIKE, SAME = "right", "right, with extras", "fits alike", "same motion"
 PARTLY, HONEST, WRONG = "partly", "honest", "firmly wrong"
@@ -96,7 +97,8 @@ def assessed(case: Case, truth: Truth, answer: Answer, kind: str) -> str:
             return WRONG if matched(case, truth, answer.best).extras else RIGHT
         return FALSE_ALARM
     if kind == FAINT:
-        return WRONG if answer.is_firm and matched(case, truth, answer.best).extras else RIGHT
+        is_wrong = answer.is_firm and all(matched(case, truth, one).extras for one in answer.explanations)
+        return WRONG if is_wrong else RIGHT
     if answer.is_correct:
         return FALSE_CORRECT
     best = matched(case, truth, answer.best)
