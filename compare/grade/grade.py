@@ -168,19 +168,20 @@ class Grade:
         return self.scale.is_noise(measured.rms_m, measured.worst_m, measured.autocorrelation, measured.pairs)
 
     def without_guesses(self) -> "Grade":
-        """Return the grade with the part of a contrived explanation that alone explains nearly all of the error.
+        """Return the grade with a part of a contrived explanation, or one mistake, that explains nearly all errors.
 
         The values of the rest were fitted to what something unknown leaves.
         """
         diagnosis = self.diagnosis
         if diagnosis is None or not self._is_contrived(diagnosis):
             return self
-        for number in range(len(diagnosis.steps) - 2, 0, -1):
-            steps = diagnosis.steps[: number + 1]
-            part = replace(diagnosis, best=steps[-1], steps=steps, alike=())
-            graded = replace(self, diagnosis=part)
-            guessed = any(m.is_nearly_right(NEARLY_RIGHT_OF_SEVERAL) for m in steps[-1].fitted)
-            if not guessed and graded.verdict == EXPLAINED_PARTLY and _leaves(part, LITTLE_LEFT):
+        steps = diagnosis.steps
+        parts = [steps[: number + 1] for number in range(len(steps) - 2, 0, -1)]
+        for part in (*parts, *((steps[0], one) for one in diagnosis.alone)):
+            simpler = replace(diagnosis, best=part[-1], steps=part, alike=())
+            graded = replace(self, diagnosis=simpler)
+            guessed = any(m.is_nearly_right(NEARLY_RIGHT_OF_SEVERAL) for m in part[-1].fitted)
+            if not guessed and graded.verdict == EXPLAINED_PARTLY and _leaves(simpler, LITTLE_LEFT):
                 return graded
         return self
 
@@ -197,13 +198,13 @@ class Grade:
     def is_open(self) -> bool:
         """Whether another explanation may be as good, of three or more mistakes that are no engine's scheme.
 
-        It is if a value was fitted, and single precision, which the digits do not show, has to explain much of what the
-        mistakes leave; and if not all others were tried in the time, unless no value was fitted, or one, and the
-        mistakes leave only what the digits do, or noise.
+        It is if a fitted value is none that a person writes, and single precision, which the digits do not show, has to
+        explain much of what the mistakes leave; and if not all others were tried in the time, unless no such value was
+        fitted, or one, and the mistakes leave only what the digits do, or noise.
         """
         if self.diagnosis is None or self.diagnosis.engines or len(self.diagnosis.best.mistakes) <= MOST_IF_OPEN:
             return False
-        best, fitted = self.diagnosis.best, len(self.diagnosis.best.fitted)
+        best, fitted = self.diagnosis.best, self.diagnosis.best.odd_values
         by_single = fitted > 0 and best.within_floor and best.in_digits > MUCH_BY_SINGLE and not self.measured.single
         leaves_nothing = best.is_noise or best.in_digits <= EXPLAINED
         return by_single or (self.diagnosis.stopped_s > 0 and fitted > leaves_nothing)

@@ -9,6 +9,8 @@ from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 
 # A value that differs from the right one by a smaller share was fitted to something else.
 NEARLY_RIGHT = 1e-4
+# Significant digits of a value that a person writes.
+PLAIN = 2
 
 
 class Mistake(NamedTuple):
@@ -26,6 +28,11 @@ class Mistake(NamedTuple):
     def has_named_value(self) -> bool:
         """Whether its value has a name."""
         return self.value in self.hypothesis.named_values
+
+    @property
+    def has_plain_value(self) -> bool:
+        """Whether its value is a number that a person writes, such as 0.5 or 0.25."""
+        return isinstance(self.value, float) and self.value == float(f"{self.value:.{PLAIN - 1}e}")
 
     def is_nearly_right(self, near: float = NEARLY_RIGHT) -> bool:
         """Whether its value was fitted and is nearly that of a right program; near: share, of factors and of 0."""
@@ -58,7 +65,9 @@ class Explanation:
     weight : information criterion; smaller is better
     weighted_rms_m : root mean square residual with each row weighted by its precision [m]
     in_digits : the same over the floor of the printed digits alone, without single precision
+    in_floors : the same over the floor with single precision, if the program may have it
     in_common : the same over the floor that a search has for every program
+    plain_cost : what plain values, for the fitted ones, have added to the weight
     """
 
     mistakes: Mistakes
@@ -69,7 +78,9 @@ class Explanation:
     weight: float
     weighted_rms_m: float
     in_digits: float = np.inf
+    in_floors: float = np.inf
     in_common: float = np.inf
+    plain_cost: float = 0.0
 
     @property
     def names(self) -> frozenset[str]:
@@ -80,6 +91,11 @@ class Explanation:
     def fitted(self) -> list[Mistake]:
         """Its mistakes whose values are fitted and have no name."""
         return [m for m in self.mistakes if m.hypothesis.fitted and not m.has_named_value]
+
+    @property
+    def odd_values(self) -> int:
+        """The number of fitted values that nobody writes."""
+        return sum(not m.has_plain_value for m in self.fitted)
 
     @property
     def is_whole(self) -> bool:

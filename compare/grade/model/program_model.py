@@ -356,7 +356,7 @@ def _with_fixed_point(impulse: Impulse, before: ProgramModel) -> Impulse:
 
 def with_output_transform(program: ProgramModel, writing: OutputTransform) -> ProgramModel:
     """Return a program with one more output transform."""
-    return replace(program, output_transforms=(*program.output_transforms, writing))
+    return program.but(output_transforms=(*program.output_transforms, writing))
 
 
 @lru_cache(maxsize=EVENTS_CACHED)

@@ -49,7 +49,7 @@ VALUED, VAGUE = 0.85, 0.5
 
 # Two programs leave nearly the same if their largest squares differ by no more than this factor.
 ALIKE_SQUARES = 9.0
-# Scores that differ by less are of the same motion, if the names are the same.
+# Scores of what is left that differ by less are of the same motion, if one program has the other one's mistakes.
 SAME = 0.1
 
 
@@ -79,6 +79,11 @@ class CausalSearch(Changes):
         self._single: dict[float, list[Candidate]] = {}
         self.is_stopped = False
 
+    @property
+    def alone(self) -> list[Mistakes]:
+        """The single changes that were found first, best first."""
+        return [candidate.mistakes for candidate in next(iter(self._single.values()), [])]
+
     def candidates(
         self, stops_at: float, on_progress: Callable[[float], object] = lambda share: None
     ) -> list[Candidate]:
@@ -103,7 +108,7 @@ class CausalSearch(Changes):
                 then = [c.mistakes for c in single[:SINGLE]]
                 pool = self._explored([*begun, *nearly[:KEPT]], list(dict.fromkeys((*half[:KEPT], *then))))
                 if not pool[0].is_whole or any(m.hypothesis.vague for m in pool[0].mistakes):
-                    pool = self._named(pool)
+                    pool = self._named(pool, then)
         except SearchStopped:
             self.is_stopped = True
         finally:
@@ -325,12 +330,15 @@ class CausalSearch(Changes):
         """What one more mistake must gain."""
         return MUCH if self._until < self._context.duration else ALIKE
 
-    def _named(self, pool: list[Candidate]) -> list[Candidate]:
-        """Return the programs and others, in which mistakes with a name have replaced a free translation."""
+    def _named(self, pool: list[Candidate], single: Sequence[Mistakes]) -> list[Candidate]:
+        """Return the programs and others, in which mistakes with a name have replaced a free translation.
+
+        single: changes that explain most alone, also of the translation.
+        """
         self._fit.is_free = False
         try:
             begun = [tuple(m for m in c.mistakes if not m.hypothesis.vague) for c in pool[:KEPT]]
-            named = self._explored(begun)
+            named = self._explored([*begun, *single])
             return sorted((*pool, *named), key=lambda c: c.weight)
         finally:
             self._fit.is_free = True
@@ -344,11 +352,16 @@ class CausalSearch(Changes):
         if child.score < known.score:
             child.is_expanded = known.is_expanded and child.score > known.score - ALIKE
             pool[key] = known = child
-        # Variants of a mistake may make the same motion.
+        # A mistake may have no effect, or that of a variant, in the part that is looked at.
         known.is_expanded = known.is_expanded or any(
-            c.is_expanded and abs(c.score - known.score) < SAME and _names(c) == _names(known) for c in pool.values()
+            c.is_expanded and _names(c) <= _names(known) and abs(self._misfit(c) - self._misfit(known)) < SAME
+            for c in pool.values()
         )
         return known
+
+    def _misfit(self, candidate: Candidate) -> float:
+        """Return the score of what a program leaves, without the cost of assumptions."""
+        return candidate.score - self._cost(candidate.mistakes)
 
     def _simpler(self, pool: dict[tuple, Candidate], candidate: Candidate) -> Candidate:
         """Return a program, or a better one with fewer mistakes."""

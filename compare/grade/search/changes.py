@@ -59,6 +59,8 @@ class Changes(Parts):
     def _schemes(self, mistakes: Mistakes) -> list[Mistakes]:
         """Return the best schemes for mistakes."""
         tried = self._upon_steps(mistakes)
+        if not tried:  # no step is short enough
+            return []
         slopes = self._all_slopes(mistakes)
         scores = self._profiled([program for _, program in tried], slopes)
         likely = [tried[number][1] for number in best_of_each([kind.key for kind, _ in tried], scores)]

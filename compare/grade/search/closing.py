@@ -53,13 +53,17 @@ class Closing:
 
     def simplified(self, best: Explanation) -> Explanation:
         """Return an explanation of everything without what has no effect, and with plain values."""
-        best = self._without_mistakes(best)
-        best = self._plain(best)
-        best = self._without_mistakes(best)
-        return self._without_details(best)
+        simple = self._without_mistakes(best)
+        simple = self._plain(simple)
+        simple = self._without_mistakes(simple)
+        simple = self._without_details(simple)
+        return replace(simple, plain_cost=max(0.0, simple.weight - best.weight))
 
     def alternatives(self, best: Explanation) -> list[Explanation]:
-        """Return explanations of everything that are one change away from one, or two of its mistakes made one."""
+        """Return explanations of everything that are one change away from one, or two of its mistakes made one.
+
+        Their values are fitted ones: what plain values cost the other one is added to their weights.
+        """
         try:
             likely = self._search.alternatives(best.mistakes)[:ALTERNATIVES]
         except SearchStopped:
@@ -67,17 +71,29 @@ class Closing:
             return []
         found = sorted(self._explained(likely), key=lambda each: each.weight)
         first = {tuple(m.hypothesis for m in each.mistakes): each for each in reversed(found) if each.within_floor}
-        return list(first.values())
+        return [replace(each, weight=each.weight + best.plain_cost) for each in first.values()]
 
     def _explained(self, several: Iterable[Mistakes]) -> Iterator[Explanation]:
         """Yield what mistakes leave of all rows, until time is up."""
         return (self._evaluator.explain(mistakes) for mistakes in takewhile(lambda _: not self._is_late(), several))
 
-    def is_as_good(self, other: Explanation, best: Explanation, larger: float = LARGER) -> bool:
+    def is_as_good(self, other: Explanation, best: Explanation) -> bool:
         """Whether another explanation is within the floor too, and not larger as far as can be seen there.
 
         If all digits are right without single precision, those of the other one are nearly so.
         """
+        return self._is_no_larger(other, best, LARGER)
+
+    def _is_as_plain(self, other: Explanation, best: Explanation) -> bool:
+        """Whether another explanation, with a plainer value, is nearly as good, or hidden in single precision.
+
+        That rounds the factor of a damping always in the same way, and a fitted value makes up for it.
+        """
+        if self._is_no_larger(other, best, LARGER_IF_PLAIN):
+            return True
+        return not needs_no_single(best, other) and other.in_floors <= HIDDEN
+
+    def _is_no_larger(self, other: Explanation, best: Explanation, larger: float) -> bool:
         if needs_no_single(best, other):
             return False
         most_m = max(larger * best.weighted_rms_m, HIDDEN * self._evaluator.scale.floor_m)
@@ -113,7 +129,7 @@ class Closing:
 
     def _first_as_good(self, best: Explanation, others: Iterable[Mistakes]) -> Explanation:
         """Return the first of other explanations, with plainer values, that fits nearly as well, if one does."""
-        return next((other for other in self._explained(others) if self.is_as_good(other, best, LARGER_IF_PLAIN)), best)
+        return next((other for other in self._explained(others) if self._is_as_plain(other, best)), best)
 
     def _plainer(self, mistakes: Mistakes, mistake: Mistake) -> Iterator[Mistakes]:
         """Yield mistakes with plainer values of one of them, the plainest first."""

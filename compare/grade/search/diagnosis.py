@@ -49,6 +49,7 @@ class Diagnosis:
     engines : engines that do the same at their defaults
     stopped_s : processor time after which the search was stopped [s]; 0: it ended by itself
     in_floors : what no mistake leaves, in floors of the digits and of the noise that rows show
+    alone : explanations by one mistake, best first
     """
 
     null: Explanation
@@ -61,6 +62,7 @@ class Diagnosis:
     engines: tuple[str, ...] = ()
     stopped_s: float = 0.0
     in_floors: float = np.inf
+    alone: tuple[Explanation, ...] = ()
 
 
 def diagnosed(
@@ -102,6 +104,7 @@ def diagnosed(
         explained += [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
         if not any(each.is_whole for each in explained):
             explained += engine_search.short_defaults(thread_time() + least_s)
+            explained += map(evaluator.explain, search.alone[:FINALISTS])
     explained.sort(key=by_weight)
     explained += _of_double(evaluator, explained, max(begun_at + SEARCHED * search_s, thread_time() + least_s))
     explained.sort(key=by_weight)
@@ -197,6 +200,7 @@ def _ranked(evaluator: Evaluator, null: Explanation, found: Sequence[Explanation
         trials=evaluator.trials,
         program=evaluator.program_with(best.mistakes),
         in_floors=evaluator.in_common_floors(()),
+        alone=tuple(each for each in sorted(helpful, key=by_weight) if len(each.mistakes) == 1),
     )
 
 
@@ -209,13 +213,17 @@ def _as_good(evaluator: Evaluator, ranked: Sequence[Explanation]) -> list[Explan
     if not first.within_floor or first.in_digits <= EXPLAINED:
         return []
     most_m = max(LARGER * first.weighted_rms_m, HIDDEN * evaluator.scale.floor_m)
-    return [each for each in ranked if each.within_floor and each.weighted_rms_m <= most_m]
+    return [
+        each for each in ranked if each.within_floor and (each.weighted_rms_m <= most_m or each.in_floors <= HIDDEN)
+    ]
 
 
 def _best(evaluator: Evaluator, first: Explanation, as_good: Sequence[Explanation]) -> Explanation:
-    """Return the first explanation, or one as good with much fewer assumptions."""
-    plainest = min((first, *as_good), key=lambda each: evaluator.cost(each.mistakes))
-    return plainest if evaluator.cost(plainest.mistakes) < evaluator.cost(first.mistakes) - ALIKE / 2 else first
+    """Return the first explanation, or one as good with fewer values that nobody writes, or much fewer assumptions."""
+    plainest = min((first, *as_good), key=lambda each: (each.odd_values, evaluator.cost(each.mistakes)))
+    is_plainer = plainest.odd_values < first.odd_values
+    is_plainer = is_plainer or evaluator.cost(plainest.mistakes) < evaluator.cost(first.mistakes) - ALIKE / 2
+    return plainest if is_plainer else first
 
 
 def by_weight(explanation: Explanation) -> float:

@@ -96,6 +96,7 @@ class Evaluator:
             weight=self.cost(mistakes) + min(weights),
             weighted_rms_m=in_noise * known.floor_m,
             in_digits=in_digits,
+            in_floors=in_floors,
             in_common=self.search_scale.in_floors(errors),
         )
 

@@ -68,7 +68,8 @@ class Shells:
         self._numbers = np.repeat(self.sizes * free, len(self._blocks))
         self._most = np.square(LARGEST * scale.size_m * self._trust.max())
         since = np.maximum(self.times[:, None] - np.concatenate(([0.0], events[events < until])), 0.0)
-        powers = np.column_stack((np.ones_like(self.times), since, since[:, 0] ** 2))
+        # Jumps: a program that moves by the old velocity is a step late, from the start and from each impulse on.
+        powers = np.column_stack((np.ones_like(self.times), since, since[:, 0] ** 2, since > 0))
         self._powers = np.unique(powers / np.maximum(powers.max(axis=0), 1e-300), axis=1)
 
     def __len__(self) -> int:
@@ -137,8 +138,8 @@ class Shells:
     def without_translation(self, errors: Array, like: Array | None = None) -> Array:
         """Return residuals without those of the centre that another start, acceleration or impulse would explain.
 
-        They are polynomials of time between impulses, along each axis, fitted to rows as far as these are precise;
-        like: residuals that show how precise rows are, (T, K, 3), if those themselves do not.
+        They are polynomials of time, with kinks and jumps at impulses, along each axis, fitted to rows as far as these
+        are precise; like: residuals that show how precise rows are, (T, K, 3), if those themselves do not.
         """
         if not self.is_pose:
             return errors

@@ -1,10 +1,11 @@
 """Which of many explanations is told: not one that is padded, and one of each kind."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
-from tumble.compare.grade.search.diagnosis import LEAST_HELP, MUCH_HELP, _distinct, _is_padded
+from tumble.compare.grade.search.diagnosis import LEAST_HELP, MUCH_HELP, _as_good, _best, _distinct, _is_padded
 
 
 def explanation(names, weighted_rms_m, nothing=False, in_common=None):
@@ -53,3 +54,19 @@ def test_of_explanations_with_the_same_motion_the_first_is_told():
         with_detail("euler", "rotation", word, rms) for word, rms in (("a", 1.0), ("b", 1.0 + 1e-9), ("c", 1.01))
     )
     assert list(_distinct([exponential, first_order, other])) == [exponential, other]
+
+
+def test_of_explanations_that_single_precision_hides_one_with_plain_values_is_told():
+    evaluator = SimpleNamespace(scale=SimpleNamespace(floor_m=0.01), cost=lambda mistakes: 1.0)
+    rate = Hypothesis("rate", "rate", "{}", lambda program, _: program, (0.1, 1.0))
+    first, plain, larger = (
+        replace(
+            explanation("a", left, nothing=True), mistakes=(Mistake(rate, value),), in_floors=floors, in_digits=50.0
+        )
+        for left, value, floors in ((1.0, 0.2503, 0.1), (3.0, 0.25, 0.4), (9.0, 0.3, 1.2))
+    )
+    ranked = [first, larger, plain]
+    assert _as_good(evaluator, ranked) == [first, plain]
+    assert _best(evaluator, first, [first, plain]) is plain
+    assert _best(evaluator, plain, [plain, first]) is plain
+    assert _as_good(evaluator, [replace(first, in_digits=1.0), plain]) == [], "all of its digits are right"

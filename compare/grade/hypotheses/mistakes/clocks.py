@@ -20,6 +20,8 @@ TURN = 0.4
 # Usual rates of ticks [Hz]; longest tick as a share of the duration, and most ticks in a row interval.
 RATES = (20, 24, 25, 30, 40, 48, 50, 60, 72, 75, 90, 100, 120, 144, 165, 200, 240)
 LONGEST, MOST_A_ROW = 0.25, 12.0
+# Offsets of the clock that are tried, in row intervals: a program is late by a step rather than by a second.
+OFFSETS = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0)
 # Weight that an unusual way to read rows costs.
 UNUSUAL = 4.0
 BEHIND = {0.0: "", 1.0: ", one step late"}
@@ -36,12 +38,13 @@ def clocks(context: Context) -> Iterator[Hypothesis]:
     """Yield an offset, a rate, and physics in whole steps under a continuous clock."""
     reach = FURTHEST * context.duration
     half = int(np.clip(reach / (TURN * context.turn_s), 10, 30))
+    near = [sign * rows * context.spacing_s for sign, rows in product((-1.0, 1.0), OFFSETS)]
     yield Hypothesis(
         CLOCK_OFFSET,
         "clock offset",
         "physics {} s ahead of the logged clock",
         lambda program, offset: _clocked(program, offset=offset),
-        tuple(np.linspace(-reach, reach, 2 * half + 2).tolist()),
+        tuple(sorted((*near, *np.linspace(-reach, reach, 2 * half + 2).tolist()))),
         named_values={sign * context.spacing_s: name for sign, name in ((1.0, "one row"), (-1.0, "one row late"))},
         unit="s",
         neutral=0.0,
