@@ -151,7 +151,7 @@ class Grade:
         if not diagnosis.engines and (diagnosis.null.in_digits if best.in_digits <= EXPLAINED else floors) <= BARELY:
             return TOO_LITTLE
         # A part of errors that are hardly larger than digits and noise is of anything.
-        in_part = TOO_LITTLE if diagnosis.in_floors <= BARELY and not diagnosis.engines else EXPLAINED_PARTLY
+        in_part = TOO_LITTLE if diagnosis.null.in_common <= BARELY and not diagnosis.engines else EXPLAINED_PARTLY
         if best.within_floor or (best.is_noise and best.rms_m <= LEFT_AS_NOISE * diagnosis.null.rms_m):
             return in_part if self._is_contrived(diagnosis) or self.is_open else EXPLAINED_WHOLLY
         if self.hidden_by_single:

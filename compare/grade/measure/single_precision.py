@@ -1,7 +1,5 @@
 """The effect of single precision on a run: a floor that grows with the steps, and as the motion amplifies errors."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from tumble.compare.grade.measure.significance import EXPLAINED
@@ -36,16 +34,16 @@ FACTOR = 3 * 2.0**-25
 
 def single_floor(program: ProgramModel, times: Array, points: Array) -> Array:
     """Return the floor of single precision on the vertices of a run in steps at times [s], in m, (T,)."""
-    plain = replace(program, output_transforms=())
+    plain = program.but(output_transforms=())
     precisions = [BIASED, ROUNDED, ROUNDED_TWICE]
     if program.scheme.attitude != RUNGE_KUTTA:
         # Some engines multiply w in each step by a factor that is nearly 1, such as |L| before over |L| after.
         precisions.append(SCALED)
-    others = [replace(plain, scheme=plain.scheme._replace(precision=precision)) for precision in precisions]
+    others = [plain.but(scheme=plain.scheme._replace(precision=precision)) for precision in precisions]
     if any(program.damping) and program.damping_place != AS_FORCE:
         # So does damping, whose factor is rounded once and always the same.
         rates = (rate + FACTOR / program.scheme.step if rate else 0.0 for rate in program.damping)
-        others.append(replace(plain, damping=tuple(rates)))
+        others.append(plain.but(damping=tuple(rates)))
     poses = [each.output(times, SEARCHING) for each in (plain, *others)]
     exact, *moved = (pose.x[:, None] + np.einsum("tij,kj->tki", pose.axes, points) for pose in poses)
     reach = float(np.linalg.norm(points, axis=1).max())
@@ -64,4 +62,4 @@ def fine_step(spacing: float) -> float:
 
 def stepwise(program: ProgramModel, step: float) -> ProgramModel:
     """Return a program that is correct except that it takes steps [s]."""
-    return replace(program, scheme=Scheme(step, RUNGE_KUTTA, ORDER_4, False, 1.0))
+    return program.but(scheme=Scheme(step, RUNGE_KUTTA, ORDER_4, False, 1.0))

@@ -77,27 +77,16 @@ class Closing:
         """Yield what mistakes leave of all rows, until time is up."""
         return (self._evaluator.explain(mistakes) for mistakes in takewhile(lambda _: not self._is_late(), several))
 
-    def is_as_good(self, other: Explanation, best: Explanation) -> bool:
-        """Whether another explanation is within the floor too, and not larger as far as can be seen there.
-
-        If all digits are right without single precision, those of the other one are nearly so.
-        """
-        return self._is_no_larger(other, best, LARGER)
+    def is_as_good(self, other: Explanation, best: Explanation, larger: float = LARGER) -> bool:
+        """Whether another explanation is within the floor too, and not larger as far as can be seen there."""
+        return is_no_larger(other, best, larger, self._evaluator.scale.floor_m)
 
     def _is_as_plain(self, other: Explanation, best: Explanation) -> bool:
         """Whether another explanation, with a plainer value, is nearly as good, or hidden in single precision.
 
         That rounds the factor of a damping always in the same way, and a fitted value makes up for it.
         """
-        if self._is_no_larger(other, best, LARGER_IF_PLAIN):
-            return True
-        return not needs_no_single(best, other) and other.in_floors <= HIDDEN
-
-    def _is_no_larger(self, other: Explanation, best: Explanation, larger: float) -> bool:
-        if needs_no_single(best, other):
-            return False
-        most_m = max(larger * best.weighted_rms_m, HIDDEN * self._evaluator.scale.floor_m)
-        return other.within_floor and other.weighted_rms_m <= most_m
+        return self.is_as_good(other, best, LARGER_IF_PLAIN) or is_hidden(other, best)
 
     def _without_mistakes(self, best: Explanation) -> Explanation:
         """Return an explanation without mistakes that have no effect, alone or with what its step does at ticks."""
@@ -198,6 +187,20 @@ class Closing:
     def _with_step(self, mistakes: Mistakes, step: Mistake, own: Step) -> Mistakes:
         hypothesis = self._proposals.schemes.step(own)
         return tuple(Mistake(hypothesis, step.value) if m is step else m for m in mistakes)
+
+
+def is_no_larger(other: Explanation, best: Explanation, larger: float, floor_m: float) -> bool:
+    """Whether another explanation is within the floor too, and not larger as far as can be seen there.
+
+    If all digits are right without single precision, those of the other one are nearly so.  floor_m: of the digits.
+    """
+    most_m = max(larger * best.weighted_rms_m, HIDDEN * floor_m)
+    return not needs_no_single(best, other) and other.within_floor and other.weighted_rms_m <= most_m
+
+
+def is_hidden(other: Explanation, best: Explanation) -> bool:
+    """Whether single precision, which the best explanation needs too, hides what another one leaves."""
+    return not needs_no_single(best, other) and other.in_floors <= HIDDEN
 
 
 def needs_no_single(one: Explanation, other: Explanation) -> bool:

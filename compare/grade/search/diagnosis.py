@@ -13,7 +13,7 @@ from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.compare.grade.search.causal import CausalSearch
-from tumble.compare.grade.search.closing import HIDDEN, LARGER, Closing, needs_no_single
+from tumble.compare.grade.search.closing import LARGER, Closing, is_hidden, is_no_larger, needs_no_single
 from tumble.compare.grade.search.engine_search import EngineSearch
 from tumble.compare.grade.search.evaluator import Evaluator
 
@@ -48,7 +48,6 @@ class Diagnosis:
     is_open : single precision would explain all in steps shorter than a row interval, but not in one step a row
     engines : engines that do the same at their defaults
     stopped_s : processor time after which the search was stopped [s]; 0: it ended by itself
-    in_floors : what no mistake leaves, in floors of the digits and of the noise that rows show
     alone : explanations by one mistake, best first
     """
 
@@ -61,7 +60,6 @@ class Diagnosis:
     is_open: bool = False
     engines: tuple[str, ...] = ()
     stopped_s: float = 0.0
-    in_floors: float = np.inf
     alone: tuple[Explanation, ...] = ()
 
 
@@ -94,7 +92,7 @@ def diagnosed(
     engine_search, closing = EngineSearch(evaluator, search, engines), Closing(evaluator, search)
     explained = engine_search.defaults()
     if null.within_floor:
-        explained = _clearly_better(evaluator, explained)
+        explained = _clearly_better(explained, null)
         if not explained:
             return replace(_ranked(evaluator, null, []), is_open=not evaluator.is_within_single_steps())
     if not (explained and explained[0].within_floor):
@@ -117,10 +115,9 @@ def diagnosed(
     return replace(ranked, stopped_s=stopped, engines=engine_search.fitting(ranked.best, closing))
 
 
-def _clearly_better(evaluator: Evaluator, explained: Sequence[Explanation]) -> list[Explanation]:
+def _clearly_better(explained: Sequence[Explanation], null: Explanation) -> list[Explanation]:
     """Return the explanations that leave much less than no mistake, although single precision would explain that."""
-    most = evaluator.in_common_floors(()) / CLEARLY
-    return [each for each in explained if each.within_floor and evaluator.in_common_floors(each.mistakes) <= most]
+    return [each for each in explained if each.within_floor and each.in_common <= null.in_common / CLEARLY]
 
 
 def _of_double(evaluator: Evaluator, explained: Sequence[Explanation], stops_at: float) -> list[Explanation]:
@@ -199,7 +196,6 @@ def _ranked(evaluator: Evaluator, null: Explanation, found: Sequence[Explanation
         steps=tuple(_steps(evaluator, null, best)),
         trials=evaluator.trials,
         program=evaluator.program_with(best.mistakes),
-        in_floors=evaluator.in_common_floors(()),
         alone=tuple(each for each in sorted(helpful, key=by_weight) if len(each.mistakes) == 1),
     )
 
@@ -212,10 +208,8 @@ def _as_good(evaluator: Evaluator, ranked: Sequence[Explanation]) -> list[Explan
     first = ranked[0]
     if not first.within_floor or first.in_digits <= EXPLAINED:
         return []
-    most_m = max(LARGER * first.weighted_rms_m, HIDDEN * evaluator.scale.floor_m)
-    return [
-        each for each in ranked if each.within_floor and (each.weighted_rms_m <= most_m or each.in_floors <= HIDDEN)
-    ]
+    floor_m = evaluator.scale.floor_m
+    return [each for each in ranked if is_no_larger(each, first, LARGER, floor_m) or is_hidden(each, first)]
 
 
 def _best(evaluator: Evaluator, first: Explanation, as_good: Sequence[Explanation]) -> Explanation:

@@ -75,14 +75,17 @@ class Evaluator:
         program = self.program_with(mistakes)
         errors = self._errors(program)
         scale = self._with_single(program)
-        rms_m, in_floors, in_digits = root_mean_square(errors), scale.in_floors(errors), self.scale.in_floors(errors)
+        rms_m = root_mean_square(errors)
+        in_floors, in_digits, in_common = (each.in_floors(errors) for each in (scale, self.scale, self.search_scale))
         # Rows with as much noise are as precise, whatever their floors.
         known, noisy = (each.with_noise(self._noise_m) for each in (self.scale, scale))
         in_noise = noisy.in_floors(errors)
         weights = noisy.weight(in_noise, self._vagueness(scale)), known.weight(known.in_floors(errors), 0.0)
         with np.errstate(all="ignore"):  # a run that diverged
             max_m = float(np.linalg.norm(errors, axis=-1).max())
-        within_floor = in_floors <= EXPLAINED or self._is_nearly(mistakes, in_floors, in_digits)
+        is_little = in_digits <= NEARLY_DIGITS or in_floors <= NEARLY_SINGLE
+        is_nearly = bool(mistakes) and is_little and in_common <= SMALL_SHARE * self._null_in_common
+        within_floor = in_floors <= EXPLAINED or is_nearly
         correlation = 0.0 if within_floor else self._autocorrelation(program, errors)
         return Explanation(
             mistakes=mistakes,
@@ -97,14 +100,8 @@ class Evaluator:
             weighted_rms_m=in_noise * known.floor_m,
             in_digits=in_digits,
             in_floors=in_floors,
-            in_common=self.search_scale.in_floors(errors),
+            in_common=in_common,
         )
-
-    def _is_nearly(self, mistakes: Mistakes, in_floors: float, in_digits: float) -> bool:
-        """Return whether mistakes leave little more than the floor, and nearly nothing of what no mistake leaves."""
-        if not mistakes or not (in_digits <= NEARLY_DIGITS or in_floors <= NEARLY_SINGLE):
-            return False
-        return self.in_common_floors(mistakes) <= SMALL_SHARE * self._null_in_common_floors
 
     @cached_property
     def reached(self) -> dict[str, list[float]]:
@@ -117,13 +114,9 @@ class Evaluator:
         return rests_from(self.rows.times, self.rows.vertices, self.search_scale.floors_m)
 
     @cached_property
-    def _null_in_common_floors(self) -> float:
-        return self.in_common_floors(())
-
-    def in_common_floors(self, mistakes: Mistakes) -> float:
-        """Return what mistakes leave of all rows, in the floors that a search has for every program."""
-        errors = self._errors(self.program_with(mistakes))
-        return self.search_scale.in_floors(errors)
+    def _null_in_common(self) -> float:
+        """What no mistake leaves of all rows, in the floors that a search has for every program."""
+        return self.search_scale.in_floors(self._errors(self.context.program))
 
     def is_within_single_steps(self) -> bool:
         """Return whether single precision of one step a row explains the rows; in shorter steps it explains more."""

@@ -157,11 +157,7 @@ def expand(program: Program, h: float, high: Array, low: Array | None) -> None:
             if kind == LINEAR:
                 combine(program, k, target, left, right, offset, high, low)
                 continue
-            a, b, first, last = left, right, 0, k
-            if kind == QUOTIENT:
-                a, b, first = right, target, 1
-            elif kind == ROOT:
-                a, b, first, last = target, target, 1, k - 1
+            a, b, first, last = summed(kind, left, right, target, k)
             convolve(high, low, a, b, first, last, k, target)
             if kind == QUOTIENT:
                 divide(high, low, left, right, k, target)
@@ -228,6 +224,16 @@ def convolve(high: Array, low: Array | None, a: int, b: int, first: int, last: i
             rest += lost + (error + (high[a, j] * low[b, k - j] + low[a, j] * high[b, k - j]))
         total, lost = two_sum(total, other)
         high[target, k], low[target, k] = two_sum(total, lost + (rest + other_rest))
+
+
+@inlined
+def summed(kind: int, left: int, right: int, target: int, k: int) -> tuple[int, int, int, int]:
+    """Return the series whose products the k-th coefficient of an operation sums, and the first and last of these."""
+    if kind == QUOTIENT:
+        return right, target, 1, k
+    if kind == ROOT:
+        return target, target, 1, k - 1
+    return left, right, 0, k
 
 
 @inlined

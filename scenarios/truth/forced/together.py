@@ -35,7 +35,7 @@ from tumble.scenarios.truth.forced.passage import (
     Scales,
     stride,
 )
-from tumble.scenarios.truth.forced.series import LINEAR, QUOTIENT, ROOT, Program
+from tumble.scenarios.truth.forced.series import LINEAR, QUOTIENT, ROOT, Program, summed
 from tumble.scenarios.truth.lanes import WIDTH, lanes, load, root_of, store
 from tumble.scenarios.truth.throw import Throw
 
@@ -192,11 +192,7 @@ def expand_together(program: Program, numbers: Numbers, h: float, order: int, hi
                 for term in range(left, right):
                     value = value + load(numbers.coefficients, term) * load(high, program.terms[term] * count + k)
             else:
-                a, b, first, last = left, right, 0, k
-                if kind == QUOTIENT:
-                    a, b, first = right, target, 1
-                elif kind == ROOT:
-                    a, b, first, last = target, target, 1, k - 1
+                a, b, first, last = summed(kind, left, right, target, k)
                 value = convolved(high, a, b, first, last, k)
                 if kind == QUOTIENT:
                     value = (load(high, left * count + k) - value) / load(high, right * count)

@@ -3,15 +3,11 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+from explanations import explanation
+
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.search.diagnosis import LEAST_HELP, MUCH_HELP, _as_good, _best, _distinct, _is_padded
-
-
-def explanation(names, weighted_rms_m, nothing=False, in_common=None):
-    mistakes = tuple(Mistake(Hypothesis(name, name, name, lambda program, _: program)) for name in names)
-    left = Explanation(mistakes, weighted_rms_m, weighted_rms_m, nothing, False, 0.0, weighted_rms_m)
-    return replace(left, in_common=weighted_rms_m if in_common is None else in_common)
 
 
 def with_detail(name, part, word, rms_m):

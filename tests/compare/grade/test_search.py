@@ -7,10 +7,11 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from explanations import explanation, mistakes_of
 from programs import Program, fly, read, write
 
 from tumble.compare.grade.grade import EXPLAINED_WHOLLY, Grade, context_of, grade, scale_of
-from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake
+from tumble.compare.grade.hypotheses.explanation import Mistake
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.hypotheses.mistakes.clocks import clocks
 from tumble.compare.grade.measure.errors import measure
@@ -38,17 +39,8 @@ def named(file, scene):
     return {mistake.hypothesis.name: mistake.value for mistake in found.diagnosis.best.mistakes}
 
 
-def some(names):
-    """Return a mistake for each letter."""
-    return tuple(Mistake(Hypothesis(name, name, name, lambda program, _: program)) for name in names)
-
-
-def explanation(names, left, nothing=False):
-    return Explanation(some(names), left, left, nothing, False, 0.0, left)
-
-
 def candidate(names, left):
-    mistakes = some(names)
+    mistakes = mistakes_of(names)
     score = left + COST * len(mistakes)
     return Candidate(mistakes, score, score, False, score)
 
