@@ -21,7 +21,7 @@ UNITS = {
     "cm for m": 100.0, "mm for m": 1000.0, "km for m": 1e-3, "feet for m": 1 / 0.3048, "inches for m": 1 / 0.0254,
     "m for cm": 0.01, "m for feet": 0.3048,
 }  # fmt: skip
-BOX_CORNERS = 8
+MOST_VERTICES = 8
 # Parts of a program whose mistakes change the output only, not the run.
 OUTPUT_PARTS = frozenset(
     {
@@ -108,15 +108,12 @@ def _logged_points(context: Context) -> Iterator[Hypothesis]:
             scale=float(np.abs(points).max()),
             vague=True,
         )
-    if context.kind == "vertices" or len(points) != BOX_CORNERS:
+    if context.kind == "vertices" or not 0 < len(points) <= MOST_VERTICES:
         return
-    corners = [(f"vertex {number}", point) for number, point in enumerate(points)]
-    faces = [
-        (f"the centre of the face at {sign}{axis}", 0.5 * sum(points[points[:, number] * (2 * up - 1) > 0]) / 2)
-        for number, axis in enumerate("xyz")
-        for up, sign in ((1, "+"), (0, "-"))
-    ]
-    places = corners + faces
+    places = [(f"vertex {number}", point) for number, point in enumerate(points)]
+    if (size := context.scene.body.size) is not None:  # of a box, which has faces
+        for axis, centre in zip("xyz", np.diag(size / 2), strict=True):
+            places += [(f"the centre of the face at {sign}{axis}", way * centre) for sign, way in (("+", 1), ("-", -1))]
     yield Hypothesis(
         "wrong-point-logged",
         "logged point",
