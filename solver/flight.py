@@ -7,8 +7,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from tumble.solver.body import Body
 from tumble.solver.forces import Forces, only_gravity
+from tumble.solver.quaternion import turned
 from tumble.solver.registry import find
-from tumble.solver.rotation import Rotation, turned
+from tumble.solver.rotation import Rotation
 from tumble.solver.translation import FreeFall, Stepped
 
 Array = NDArray[np.float64]

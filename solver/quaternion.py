@@ -294,3 +294,8 @@ def from_matrix(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
     )
     _, eigenvectors = np.linalg.eigh(np.stack([np.stack(row, axis=-1) for row in davenport], axis=-2))
     return np.where(np.expand_dims(finite, -1), eigenvectors[..., -1], np.nan)
+
+
+def turned(matrices: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return matrix times vector, (..., 3); einsum, for matmul leaves the last bits of a throw to the BLAS."""
+    return np.einsum("...ij,...j->...i", matrices, vectors)

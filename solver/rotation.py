@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tumble.solver.body import Body
-from tumble.solver.quaternion import from_matrix, to_matrix
+from tumble.solver.quaternion import from_matrix, to_matrix, turned
 from tumble.solver.registry import Method
 
 Array = NDArray[np.float64]
@@ -85,11 +85,6 @@ class Rotation:
         if self._method.attitude == "matrix":
             return _transposed(rows[:, :9].reshape(-1, 3, 3)).copy()
         return to_matrix(_normalised(rows[:, :4]))
-
-
-def turned(matrices: Array, vectors: Array) -> Array:
-    """Return matrix times vector, (..., 3); einsum, for matmul leaves the last bits of a throw to the BLAS."""
-    return np.einsum("...ij,...j->...i", matrices, vectors)
 
 
 def _transposed(matrices: Array) -> Array:

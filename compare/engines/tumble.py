@@ -1,6 +1,5 @@
 """Our own solver, all its methods."""
 
-from dataclasses import fields, is_dataclass
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
@@ -13,10 +12,11 @@ from tumble.solver.contact.compliant import softness_of
 from tumble.solver.contact.flight import ContactFlight, Plane
 from tumble.solver.contact.methods import CONTACT_METHODS
 from tumble.solver.flight import Flight
-from tumble.solver.forces import LAWS, Forces, only_gravity
+from tumble.solver.forces import LAWS, only_gravity
 from tumble.solver.quaternion import to_matrix
 from tumble.solver.registry import METHODS as REGISTRY
 from tumble.solver.registry import find
+from tumble.solver.scene_forces import WITHOUT_STRENGTH, forces_of
 from tumble.solver.stiffness import fastest
 
 METHODS = tuple(REGISTRY)
@@ -48,13 +48,6 @@ WHOLE_TURN = dict.fromkeys(("gauss6", "radau5"), FURTHEST_TURN)
 ORDERS = {name: float(method.order) for name, method in REGISTRY.items() if method.order is not None}
 GYROSCOPIC = {name: "keeps-momentum" for name, method in REGISTRY.items() if method.keeps_momentum}
 KNOWN_FAILURES = {"holds": {"compliant": "its friction is viscous below v_s, so it creeps: its own law"}}
-# Laws without strength, to keep where a scene has none: a slack tether off the centre, a floor out of reach.
-WITHOUT_STRENGTH = {
-    "gravity": (0.0, 0.0, 0.0),
-    "tethers": np.eye(1, 9),
-    "drag": (0.0, 0.0),
-    "floor": (-1e300, 0.0, 1.0, 0.0, 0.0, 0.0),
-}
 OPTIONAL = (*(law.removesuffix("s") for law in WITHOUT_STRENGTH), "rotation", "gyroscopic", "translation")
 ABOUT = {
     "version": version("tumble"),
@@ -115,29 +108,6 @@ def contact_flight(scene, body, method, keep):
         scene.body.disc and (scene.body.disc.radius, scene.body.disc.thickness),
     )
     return ContactFlight(body, method, scene.gravity, plane)
-
-
-def forces_of(scene, keep=frozenset()):
-    """Return the scene's forces, and without strength those to keep, as the solver takes them."""
-    acting = {}
-    for law in LAWS:
-        acting[law] = numbers(getattr(scene, law))
-        if acting[law] is None and law.removesuffix("s") in keep:
-            acting[law] = WITHOUT_STRENGTH[law]
-    if scene.drag is not None:
-        acting["drag"] = tuple(coefficient or None for coefficient in acting["drag"])
-    points = None if acting["floor"] is None else np.array(scene.body.points)
-    return Forces(scene.body.mass, **acting, points=points)
-
-
-def numbers(law):
-    """Return a law's numbers in a row, or, where there may be several of its kind, an array of rows; None for none."""
-    if law is None or (isinstance(law, tuple) and not law):
-        return None
-    if isinstance(law, tuple):
-        return np.array([numbers(one) for one in law])
-    parts = [getattr(law, field.name) for field in fields(law)] if is_dataclass(law) else [law]
-    return tuple(np.hstack(parts).tolist())
 
 
 # A step of radau5 takes as long as adaptive's steps do while the fastest mode turns, or decays, by so much.

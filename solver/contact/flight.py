@@ -8,9 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tumble.solver.body import Body
 from tumble.solver.contact.ground import Ground
-from tumble.solver.contact.methods import find
-from tumble.solver.quaternion import from_matrix, to_matrix
-from tumble.solver.rotation import turned
+from tumble.solver.quaternion import from_matrix, to_matrix, turned
 
 Array = NDArray[np.float64]
 
@@ -83,6 +81,8 @@ class ContactFlight:
     """
 
     def __init__(self, body: Body, method: str, gravity: ArrayLike | None, plane: Plane | None) -> None:
+        from tumble.solver.contact.methods import find  # slow to load, and only a flight needs them
+
         self.method = find(method)
         self._body = body
         normal = np.array((0.0, 0.0, 1.0)) if plane is None else np.asarray(plane.normal, dtype=float)

@@ -22,6 +22,7 @@ from tumble.compare.judge.balance import mechanical_energy
 from tumble.scenarios.frames import rotation_matrix
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.scene import Scene
+from tumble.solver.scene_forces import forces_of
 from tumble.solver.stiffness import fastest
 
 SCENES = (
@@ -74,7 +75,7 @@ class Flight(NamedTuple):
 
 def w_dt(scene: Scene) -> float:
     """Return by how much the fastest mode of a scene turns in its step [rad]."""
-    return fastest(engine.build(scene, "gauss6").body, engine.forces_of(scene)).frequency * scene.step
+    return fastest(engine.build(scene, "gauss6").body, forces_of(scene)).frequency * scene.step
 
 
 def stiffer(scene: Scene, times: float, rest_length: float = 0.0) -> Scene:

@@ -29,6 +29,7 @@ from tumble.solver.forces import LAWS, Forces, wrench
 from tumble.solver.integrators.rk4 import rk4_forced
 from tumble.solver.motion import load, slope
 from tumble.solver.registry import METHODS
+from tumble.solver.scene_forces import forces_of
 from tumble.solver.stiffness import fastest
 
 EPS = np.finfo(float).eps
@@ -522,20 +523,20 @@ class TestEngine:
             drag=Drag(*DRAG),
             floor=Floor(FLOOR[0], np.array(NORMAL), *FLOOR[4:]),
         )
-        forces = engine.forces_of(scene)
+        forces = forces_of(scene)
         assert (forces.mass, forces.gravity, forces.drag, forces.floor) == (scene.body.mass, GRAVITY, DRAG, FLOOR)
         np.testing.assert_array_equal(forces.tethers, TETHERS)
         np.testing.assert_array_equal(forces.points, scene.body.points)
 
     def test_what_a_scene_has_not_got_is_none(self):
-        free = engine.forces_of(dataclasses.replace(read_scene("brick-tumble"), gravity=None))
+        free = forces_of(dataclasses.replace(read_scene("brick-tumble"), gravity=None))
         assert free == Forces(free.mass)
-        assert engine.forces_of(dataclasses.replace(read_scene("drag-stiff"), drag=Drag(0.0, 2.0))).drag == (None, 2.0)
+        assert forces_of(dataclasses.replace(read_scene("drag-stiff"), drag=Drag(0.0, 2.0))).drag == (None, 2.0)
 
     def test_what_is_kept_is_there_without_strength(self):
         free = dataclasses.replace(read_scene("brick-tumble"), gravity=None)
         for spare, law in (("gravity", "gravity"), ("tether", "tethers"), ("drag", "drag"), ("floor", "floor")):
-            kept = engine.forces_of(free, frozenset((spare,)))
+            kept = forces_of(free, frozenset((spare,)))
             assert [name for name in LAWS if getattr(kept, name) is not None] == [law]
             for state in throws(3):
                 np.testing.assert_array_equal(wrench(*tuples(state), kept), np.zeros((2, 3)))

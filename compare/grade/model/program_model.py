@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tumble.compare.engines.tumble import forces_of
 from tumble.compare.grade.model.kernel.dynamics import (
     AS_FORCE,
     AS_THE_BODY,
@@ -40,6 +39,7 @@ from tumble.scenarios.frames import Array, rotation_matrix
 from tumble.scenarios.impulse import strike_point
 from tumble.scenarios.scene import Body, Impulse, Scene
 from tumble.solver.forces import Forces
+from tumble.solver.scene_forces import forces_of
 from tumble.solver.vectors import Vector
 
 # Largest rotation in a continuous step [rad]: order 4 leaves errors of 1e-5 while searching, of 1e-9 at the end.
