@@ -1,6 +1,5 @@
 """A hypothesis: a mistake, how it changes the model of a correct program, the value that is fitted, and its text."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Protocol
@@ -112,15 +111,12 @@ class Hypothesis:
     name: for tables; variants of a mistake share it.  part: of the program, which has at most one mistake a part.
     text: for people, with a place for the value.  change: makes the mistake.  values: tried first; () if there is no
     value.  choices: names of the values; no others are possible.  named_values: values with a name, which cost little.
-    only_named: no other values are possible.  estimator: if the run jumps as the value changes, returns the value from
-    logged times and from the times whose states are nearest to the rows [s], (S,), (S,); None if the run is smooth.
-    variant: differs little from the hypothesis of the same name before it.  rare: in combinations, refined only if its
-    first values help.  unit: of the value.  details: further parameters for tables.  from_data: numbers that were
-    taken from the file itself; value: these numbers, for tables.  scale: if the value is several numbers, which begin
-    at 0, what they are compared with. at_ticks: a time that takes effect at a tick of a program in steps.  neutral:
-    the value that changes nothing, if a small deviation from it has an effect in proportion.  unlikely: weight that it
-    costs to assume it, beyond others. vague: it explains a part of almost any error.  needs_steps: without steps it is
-    the same as another one.  limits: what its value limits, "velocity" or "spin".
+    only_named: no other values are possible.  unit: of the value.  details: further parameters for tables.  from_data:
+    numbers that were taken from the file itself; value: these numbers, for tables.  scale: if the value is several
+    numbers, which begin at 0, what they are compared with. at_ticks: a time that takes effect at a tick of a program in
+    steps.  neutral: the value that changes nothing, if a small deviation from it has an effect in proportion.
+    unlikely: weight that it costs to assume it, beyond others. vague: it explains a part of almost any error.
+    needs_steps: without steps it is the same as another one.  limits: what its value limits, "velocity" or "spin".
     """
 
     name: str
@@ -131,9 +127,6 @@ class Hypothesis:
     choices: tuple[str, ...] = ()
     named_values: dict[float, str] = field(default_factory=dict)
     only_named: bool = False
-    estimator: Callable[[Array, Array], float] | None = None
-    variant: bool = False
-    rare: bool = False
     unit: str = ""
     details: tuple[tuple[str, str], ...] = ()
     from_data: int = 0

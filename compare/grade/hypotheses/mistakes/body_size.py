@@ -31,7 +31,6 @@ def body_size(context: Context) -> Iterator[Hypothesis]:
             _resized(along, context.kind == "vertices"),
             grid(0.2, 5.0, 13),
             named_values=TWICE,
-            rare=True,
             neutral=1.0,
         )
     edges = context.scene.body.size
@@ -46,7 +45,6 @@ def body_size(context: Context) -> Iterator[Hypothesis]:
             ),
             choice(len(orders)),
             tuple(" ".join("xyz"[axis] for axis in order) for order in orders),
-            rare=True,
         )
 
 

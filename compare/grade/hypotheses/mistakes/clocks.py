@@ -71,7 +71,6 @@ def clocks(context: Context) -> Iterator[Hypothesis]:
             change,
             (*(1 / rate for rate in reversed(FASTER)), *grid(1 / FASTEST, FASTEST, 10 if which else 2 * half), *FASTER),
             named_values={0.5: "half", 2.0: "double"} | dict.fromkeys((*FASTER, *(1 / rate for rate in FASTER)), ""),
-            variant=bool(which),
             neutral=1.0,
         )
     yield from _ticks(context)
@@ -85,7 +84,6 @@ def _stops(context: Context) -> Iterator[Hypothesis]:
         "clock rate",
         "the body never moves",
         lambda program, _: _clocked(program, rate=0.0),
-        rare=True,
     )
     yield Hypothesis(
         "body-stops",
@@ -93,7 +91,6 @@ def _stops(context: Context) -> Iterator[Hypothesis]:
         "the body stops at t = {} s, as if put to sleep",
         lambda program, instant: _clocked(program, stop=instant),
         tuple(np.linspace(0.0, context.duration, 40).tolist()),
-        rare=True,
         unit="s",
         at_ticks=True,
     )
@@ -146,7 +143,6 @@ def _ticks(context: Context) -> Iterator[Hypothesis]:
             tuple(values),
             named_values=values,
             only_named=True,
-            rare=True,
             unit="s",
             unlikely=unlikely,
         )

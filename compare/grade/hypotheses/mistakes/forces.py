@@ -32,6 +32,8 @@ UNLIKELY = 15.0
 # That of a limit, which is rarer than a wrong start or a wrong size: where it holds from the first row to the last, it
 # is as good as one of these.
 SELDOM = 5.0
+# That of other laws of drag than damping in proportion, which is what engines have.
+RARER = 2.0
 # Coefficients of Dynamics.damping that it sets.
 BULLET_KINDS = (0, 1, 2, 3)
 # Where a program in steps limits velocities, and a height; the first is what a continuous run does.
@@ -69,7 +71,6 @@ def _gravity(context: Context) -> Iterator[Hypothesis]:
             "an acceleration of ({}) m/s2 that the scene does not have",
             lambda program, more: program.but(gravity=program.gravity + np.array(more)),
             ((0.0, 0.0, 0.0),),
-            rare=True,
             unit="m/s2",
             scale=size or STANDARD,
             vague=True,
@@ -113,7 +114,6 @@ def _gravity(context: Context) -> Iterator[Hypothesis]:
         "gravity",
         "gravity in body axes: it rotates with the body",
         lambda program, _: program.but(gravity_in_body=True),
-        rare=True,
     )
     yield _gravity_delayed(context)
 
@@ -130,7 +130,6 @@ def _gravity_delayed(context: Context) -> Hypothesis:
         lambda program, instant: program.but(gravity_from=instant),
         tuple(sorted({*grid(min(0.002, 1e-2 * longest), longest, 9), *named_values})),
         named_values=named_values,
-        rare=True,
         unit="s",
         at_ticks=True,
     )
@@ -177,7 +176,6 @@ def _damping(context: Context) -> Iterator[Hypothesis]:
             lambda program, rate, place=place: damped(program, {place: -rate}, AS_FORCE),
             damping_rates(context.duration),
             named_values=RATES,
-            rare=True,
             unit="1/s",
             neutral=0.0,
         )
@@ -212,9 +210,9 @@ def _drag(context: Context) -> Iterator[Hypothesis]:
             text,
             lambda program, rate, place=place: damped(program, {place: rate}, program.damping_place),
             tuple(scale * rate for rate in rates),
-            rare=True,
             unit=unit,
             neutral=0.0,
+            unlikely=RARER,
         )
 
 
@@ -243,9 +241,9 @@ def _other_drag(context: Context) -> Iterator[Hypothesis]:
                 text,
                 lambda program, rate, number=number: _dragged(program, number, rate),
                 tuple((size * rates).tolist()),
-                rare=True,
                 unit=unit,
                 neutral=0.0,
+                unlikely=RARER,
             )
 
 
@@ -270,7 +268,6 @@ def _brakes(context: Context) -> Iterator[Hypothesis]:
                 lambda program, rate, kind=kind, number=number: _braked(program, kind, number, rate),
                 rates,
                 named_values=RATES,
-                rare=True,
                 unit="1/s",
                 neutral=0.0,
                 unlikely=UNLIKELY,
@@ -308,9 +305,7 @@ def _caps(context: Context) -> Iterator[Hypothesis]:
                 ),
                 tuple(np.linspace(0.05, 1.0, 12) * fastest),
                 named_values={cap: name for cap, name in named_values.items() if cap < fastest},
-                rare=True,
                 unit="rad/s" if place else "m/s",
-                variant=bool(where),
                 unlikely=UNLIKELY if each else SELDOM,
                 needs_steps=bool(where),
                 limits="spin" if place else "velocity",
@@ -343,8 +338,6 @@ def _floors(context: Context) -> Iterator[Hypothesis]:
                     up=tuple(up.tolist()), bounce=share, floor_place=floor_place
                 ),
                 shares,
-                rare=True,
                 unit="1" if shares else "",
-                variant=bool(where),
                 needs_steps=bool(where),
             )

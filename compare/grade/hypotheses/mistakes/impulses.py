@@ -29,6 +29,8 @@ from tumble.scenarios.scene import Impulse
 
 # Bodies with more vertices are meshes, whose vertices are not confused with one another.
 MOST_VERTICES = 27
+# Weight that it costs to assume that one of several impulses is wrong, where all may be.
+UNLIKELY_ALONE = 1.0
 N_S_AS_N = {1.0: "N s read as N"}
 GRAMS = {1e3: "kg read as g", 1e-3: "g read as kg"}
 # Motion of the point where a lasting force acts.
@@ -112,7 +114,6 @@ def _lasting(context: Context) -> Iterator[Hypothesis]:
             lambda program, seconds, motion=motion: _applied(program, lasts=seconds, lever_motion=motion),
             grid(short, long, 9),
             named_values=STEPS,
-            variant=motion != POINT_MOVES,
             unit="s",
         )
     yield Hypothesis(
@@ -135,14 +136,12 @@ def _levers(context: Context) -> Iterator[Hypothesis]:
             "lever",
             text.format("impulse"),
             lambda program, _, how=how: _applied(program, **how),
-            rare="lever_axes" in how,
         )
     yield Hypothesis(
         "impulse-linear-part-missing",
         "strength",
         "impulse rotates the body but does not change the velocity of its centre of mass",
         lambda program, _: _applied(program, moves=0.0),
-        rare=True,
     )
     yield from _responses()
     yield Hypothesis(
@@ -150,7 +149,6 @@ def _levers(context: Context) -> Iterator[Hypothesis]:
         "added impulse",
         "impulse sets the velocity and the angular velocity, instead of being added to them",
         lambda program, _: _applied(program, sets=True),
-        rare=True,
     )
     if any(_differs_in_body_axes(impulse, program) for impulse in program.impulses):
         name, text = IN_BODY_AXES
@@ -167,7 +165,6 @@ def _levers(context: Context) -> Iterator[Hypothesis]:
                 "strength",
                 text_of_all,
                 lambda program, _, axes=axes: _applied(program, axes=axes),
-                rare=True,
             )
     if program.impulses[-1].time > 0:
         yield Hypothesis(
@@ -235,7 +232,6 @@ def _responses() -> Iterator[Hypothesis]:
             "lever",
             text,
             lambda program, _, tensor=tensor, how=how: _applied(program, **how).but(impulse_tensor=tensor),
-            rare=True,
         )
 
 
@@ -276,7 +272,6 @@ def _strengths(context: Context) -> Iterator[Hypothesis]:
         lambda program, strength: _applied(program, strength=strength),
         grid(1e-4, 1e4, 49),
         named_values={size: name for size, name in (steps | sizes).items() if size != 1.0},
-        rare=True,
         neutral=1.0,
     )
     lengths = [float(np.linalg.norm(impulse.value)) for impulse in context.program.impulses]
@@ -290,7 +285,6 @@ def _strengths(context: Context) -> Iterator[Hypothesis]:
             "strength",
             "impulses normalised to 1 N s",
             lambda program, _: program.but(impulses=unit),
-            rare=True,
         )
     yield Hypothesis(
         "wrong-mass",
@@ -299,7 +293,6 @@ def _strengths(context: Context) -> Iterator[Hypothesis]:
         lambda program, factor: _applied(program, moves=1.0 / factor),
         grid(1e-3, 1e3, 37),
         named_values=GRAMS,
-        rare=True,
         neutral=1.0,
     )
 
@@ -321,7 +314,6 @@ def _times(context: Context) -> Iterator[Hypothesis]:
             ),
             late,
             named_values={spacing: "one row"} | {step: used for step, used in STEPS.items() if step < late[-1]},
-            rare=True,
             unit="s",
             at_ticks=True,
         )
@@ -343,7 +335,6 @@ def _one_impulse(context: Context, number: int, impulse: Impulse) -> Iterator[Hy
         lambda program, late: _changed(program, number, late=late),
         tuple(times.tolist()),
         named_values={step: name for step, name in STEPS.items() if step < times[-1]},
-        rare=True,
         unit="s",
         at_ticks=True,
         neutral=0.0,
@@ -356,7 +347,6 @@ def _one_impulse(context: Context, number: int, impulse: Impulse) -> Iterator[Hy
         lambda program, axis: _changed(program, number, value=impulse.value * (1 - 2 * np.eye(3)[signs[int(axis)]])),
         choice(len(signs)),
         tuple("xyz"[axis] for axis in signs),
-        rare=True,
     )
     if not several:
         return
@@ -366,7 +356,7 @@ def _one_impulse(context: Context, number: int, impulse: Impulse) -> Iterator[Hy
             "one impulse",
             text.format(which),
             lambda program, _, factor=factor: _changed(program, number, factor=factor),
-            rare=True,
+            unlikely=UNLIKELY_ALONE,
         )
     name, text = WRONG_MAGNITUDE
     yield Hypothesis(
@@ -375,7 +365,7 @@ def _one_impulse(context: Context, number: int, impulse: Impulse) -> Iterator[Hy
         text.format(which),
         lambda program, factor: _changed(program, number, factor=factor),
         grid(1e-3, 1e3, 25),
-        rare=True,
+        unlikely=UNLIKELY_ALONE,
         neutral=1.0,
     )
     yield from _one_lever(context, number, impulse, which)
@@ -401,7 +391,7 @@ def _one_lever(context: Context, number: int, impulse: Impulse, which: str) -> I
                 "one impulse",
                 LEVERS[name][0].format(which),
                 lambda program, _, point=point: _changed(program, number, point=point),
-                rare=True,
+                unlikely=UNLIKELY_ALONE,
             )
     value = axes @ file_axes @ impulse.value
     if not np.allclose(value, impulse.value):
@@ -411,7 +401,7 @@ def _one_lever(context: Context, number: int, impulse: Impulse, which: str) -> I
             "one impulse",
             text.format(which),
             lambda program, _: _changed(program, number, value=value),
-            rare=True,
+            unlikely=UNLIKELY_ALONE,
         )
     others = [k for k, point in enumerate(points) if not np.allclose(point, at)]
     if len(points) <= MOST_VERTICES:
@@ -423,7 +413,7 @@ def _one_lever(context: Context, number: int, impulse: Impulse, which: str) -> I
             lambda program, k: _changed(program, number, point=points[others[int(k)]]),
             choice(len(others)),
             tuple(f"vertex {k}" for k in others),
-            rare=True,
+            unlikely=UNLIKELY_ALONE,
         )
 
 

@@ -60,7 +60,6 @@ def output(context: Context) -> Iterator[Hypothesis]:
         "half angle",
         "quaternion made from the whole angle, not half of it: rotated twice as far",
         lambda program, _: with_output_transform(program, lambda pose: pose._replace(axes=pose.axes @ pose.axes)),
-        rare=True,
     )
     yield from _rotating_axes(context)
     yield from _wrong_axes(context)
@@ -89,7 +88,6 @@ def _quaternion_orders() -> Iterator[Hypothesis]:
         lambda program, number: with_output_transform(program, _vector_in_axes(mirrors[int(number)])),
         choice(len(mirrors)),
         tuple(map(axis_names, mirrors)),
-        rare=True,
     )
 
 
@@ -103,7 +101,6 @@ def _logged_points(context: Context) -> Iterator[Hypothesis]:
             "the point ({}) m in body axes logged instead of the centre of mass",
             lambda program, at: with_output_transform(program, _with_offset(np.array(at))),
             ((0.0, 0.0, 0.0),),
-            rare=True,
             unit="m",
             scale=float(np.abs(points).max()),
             vague=True,
@@ -121,7 +118,6 @@ def _logged_points(context: Context) -> Iterator[Hypothesis]:
         lambda program, number: with_output_transform(program, _with_offset(places[int(number)][1])),
         choice(len(places)),
         tuple(name for name, _ in places),
-        rare=True,
     )
 
 
@@ -146,7 +142,6 @@ def _length_units(context: Context) -> Iterator[Hypothesis]:
             lambda program, number: with_output_transform(program, written(number)),
             choice(len(names)),
             names,
-            rare=True,
         )
 
 
@@ -170,7 +165,6 @@ def _half_converted(context: Context) -> Iterator[Hypothesis]:
             ),
             choice(len(matrices)),
             tuple(map(axis_names, matrices)),
-            rare=True,
         )
 
 
@@ -194,7 +188,6 @@ def _wrong_body_axes(context: Context) -> Iterator[Hypothesis]:
         lambda program, number: with_output_transform(program, _in_body_axes(matrices[int(number)])),
         choice(len(matrices)),
         tuple(map(axis_names, matrices)),
-        rare=True,
     )
 
 

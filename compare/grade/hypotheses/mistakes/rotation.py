@@ -41,8 +41,7 @@ def rotation(context: Context) -> Iterator[Hypothesis]:
     program = context.program
     if program.impulses:
         yield from _inertia_size(program.mass, grid(1 / FAR, FAR, 31))
-        # Large factors are tried alone and added to others only: a body that spins 1000 times as fast is slow to
-        # simulate.
+        # Large factors apart, as no fit leads to them.
         yield from _inertia_size(program.mass, (*grid(1e-3, 1 / FAR, 16), *grid(FAR, 1e3, 16)), is_far=True)
     elif gives_torque(program.forces, turning=True) and not turns_by_drag_only(context):
         yield from _inertia_size(program.mass, grid(0.1, 10.0, 9))
@@ -64,8 +63,6 @@ def _inertia_size(mass: float, factors: tuple[float, ...], is_far: bool = False)
         lambda program, factor: program.but(moments=factor * program.moments),
         factors,
         named_values={} if is_far else of_mass | {0.25: "half edges used as edges", 4.0: "edges used as half edges"},
-        rare=is_far,
-        variant=is_far,
         neutral=None if is_far else 1.0,
     )
 
@@ -90,8 +87,6 @@ def _attitude_rate() -> Iterator[Hypothesis]:
             lambda program, _, factor=factor, stored=MOMENTUM if keeps_momentum else IN_BODY: program.but(
                 attitude_rate_factor=factor, scheme=program.scheme._replace(stored=stored)
             ),
-            rare=True,
-            variant=keeps_momentum,
         )
 
 
@@ -163,7 +158,6 @@ def _unequal_moments(context: Context) -> Iterator[Hypothesis]:
             "inertia axes",
             text,
             lambda program, _, tensor=tensor: program.but(tensor=tensor, inverse_tensor=tensor, impulse_tensor=tensor),
-            rare=True,
         )
     yield from _gyroscopic_tensors(program)
     if program.impulses:
@@ -177,14 +171,12 @@ def _unequal_moments(context: Context) -> Iterator[Hypothesis]:
                 "inertia axes",
                 f"inertia tensor {text} for an impulse",
                 lambda program, _, tensor=tensor: program.but(impulse_tensor=tensor),
-                rare=True,
             )
     yield Hypothesis(
         "inertia-inverted",
         "inertia",
         "inertia used as its inverse",
         lambda program, _: program.but(moments=1.0 / program.moments),
-        rare=True,
     )
     yield gyroscopic_term_missing()
     yield Hypothesis(
@@ -208,7 +200,6 @@ def _gyroscopic_tensors(program: ProgramModel) -> Iterator[Hypothesis]:
             "inertia axes",
             f"inertia tensor {text} in the gyroscopic term, w' = -I^-1 (w x I w), but not for an impulse",
             lambda program, _, tensor=tensor: program.but(tensor=tensor, inverse_tensor=tensor),
-            rare=True,
         )
     for name, text, tensor, inverse in (
         ("momentum-inertia-not-rotated", "L = I w with the tensor in body axes, w in world axes", NEVER_TURNED, TURNED),
@@ -242,7 +233,6 @@ def _gyroscopic_tensors(program: ProgramModel) -> Iterator[Hypothesis]:
             "inertia axes",
             text,
             lambda program, _, tensor=tensor, inverse=inverse: program.but(tensor=tensor, inverse_tensor=inverse),
-            rare=True,
         )
 
 

@@ -289,7 +289,6 @@ def _lengths(context: Context) -> Iterator[Hypothesis]:
             "tether rest length",
             f"tether's rest length is its length at the start{where if has_damper else ''}",
             change,
-            variant=not is_along,
         )
 
 

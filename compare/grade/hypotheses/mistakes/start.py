@@ -73,7 +73,6 @@ def start(context: Context) -> Iterator[Hypothesis]:
                 part,
                 text,
                 _set(place, value),
-                rare=True,
                 unit="m" if taken and place == POSITION else "",
                 from_data=3 if taken else 0,
                 value=tuple(in_file.tolist()) if taken else (),
@@ -86,7 +85,6 @@ def start(context: Context) -> Iterator[Hypothesis]:
             "start velocity ({}) m/s differs from the scene",
             lambda program, velocity: _set(VELOCITY, np.array(velocity))(program, 0.0),
             (tuple(velocity.tolist()),),
-            rare=True,
             unit="m/s",
             scale=float(np.linalg.norm(velocity)) + size / context.duration,
             vague=True,
@@ -111,7 +109,6 @@ def _in_other_units(program: ProgramModel) -> Iterator[Hypothesis]:
                 tuple(units),
                 named_values=units,
                 only_named=True,  # another factor explains a part of what many schemes do
-                rare=True,
             )
 
 
@@ -143,7 +140,6 @@ def _in_other_axes(program: ProgramModel) -> Iterator[Hypothesis]:
                 )(program, 0.0),
                 choice(len(others)),
                 tuple(axis_names(renamings[number]) for number in others),
-                rare=True,
             )
 
 

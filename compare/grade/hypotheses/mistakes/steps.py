@@ -89,8 +89,6 @@ def steps(context: Context) -> Iterator[Hypothesis]:
             ),
             choice(len(RARELY)),
             tuple(map(str, RARELY)),
-            rare=True,
-            variant=is_unit_used,
             needs_steps=True,
         )
     yield Hypothesis(
@@ -98,7 +96,6 @@ def steps(context: Context) -> Iterator[Hypothesis]:
         "stored spin",
         "angular velocity taken from the attitudes before and after a step, 2 Im(q' q*)/dt",
         lambda program, _: program.but(scheme=program.scheme._replace(recovers=True)),
-        rare=True,
         needs_steps=True,
     )
     yield from _position_updates(context)
@@ -148,8 +145,6 @@ def _method(
         tuple(sorted(named)),
         named_values=named,
         only_named=True,
-        variant=bool(more),
-        rare=True,
         unit="s",
         details=details,
         unlikely=unlikely,
@@ -171,7 +166,6 @@ def _euler(
     stored: int,
     symplectic: bool = False,
     normalise_every: int = 1,
-    variant: bool = False,
 ) -> Hypothesis:
     longest = _longest(context)
     shortest = max(longest / RANGE, context.duration / MOST_STEPS)
@@ -185,7 +179,6 @@ def _euler(
         grid(min(shortest, longest / 2), longest, TRIED),
         named_values=_named_steps(context),
         unit="s",
-        variant=variant,
     )
 
 
@@ -205,7 +198,6 @@ def velocity_axes(context: Context) -> Iterator[Hypothesis]:
         "velocity axes",
         "velocity of the centre stored in body axes without -w x v: it rotates with the body",
         lambda program, _: program.but(swirl=1.0, scheme=program.scheme._replace(velocity_axes=IN_BODY_AXES)),
-        rare=True,
         unlikely=UNLIKELY,
     )
 
