@@ -323,8 +323,8 @@ def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
 def stopped(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
     """Yield that the search was stopped before it explained the file, and how it takes longer."""
     if diagnosis.stopped_s and grade.verdict != EXPLAINED_WHOLLY:
-        longer = f"--search {10 * diagnosis.stopped_s:g}"
-        yield f"The search stopped after {diagnosis.stopped_s:g} s of processor time; {longer} makes it longer."
+        longer = f"--search {10 * diagnosis.stopped_s:.2g}"
+        yield f"The search stopped after {diagnosis.stopped_s:.2g} s of processor time; {longer} makes it longer."
 
 
 def defaults_of(engines: Sequence[str]) -> str:

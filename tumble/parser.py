@@ -385,9 +385,9 @@ def parser() -> Parser:
     grade.add_argument(
         "--search",
         type=seconds,
-        default=2.0,
         metavar="S",
-        help="processor time after which the search stops with the best cause so far [s] (default: %(default)g)",
+        help="processor time after which the search stops with the best cause so far [s] (default: 2, or less on a "
+        "slow machine, so that an answer takes about 3)",
     )
     grade.add_argument("--json", action="store_true", help="print the grade as JSON")
     grade.add_argument("-o", "--output", metavar="DIR", help=TABLES_HELP)

@@ -5,7 +5,9 @@ import shlex
 import sys
 from argparse import Namespace
 from pathlib import Path
+from time import process_time
 
+from tumble.compare.grade.grade import SEARCH_S
 from tumble.compare.grade.read.columns import BadTrajectory
 from tumble.compare.grade.read.conventions import Conventions
 from tumble.compare.grade.read.mapping import mapping_of
@@ -17,6 +19,17 @@ from tumble.reports.grade import first_lines, nearest_line
 from tumble.reports.sensor_grade import file_text, first_reading_lines
 from tumble.reports.terminal import console
 from tumble.scenarios.read import read_scene
+
+# Processor time of an answer [s]; what all but the search takes, over what starting takes; the shortest search [s].
+ANSWER_S, ALL_BUT_SEARCH, LEAST_S = 2.92, 2.2, 1.0
+
+
+def search_time(asked_s: float | None, started_s: float) -> float:
+    """Return how long the search may take [s]: as long as asked, or so that an answer takes about 3 s.
+
+    started_s: processor time that this process took to start [s], which shows how slow the machine is.
+    """
+    return asked_s or min(SEARCH_S, max(LEAST_S, ANSWER_S - ALL_BUT_SEARCH * started_s))
 
 
 def main(options: Namespace) -> int:
@@ -31,7 +44,7 @@ def main(options: Namespace) -> int:
         map_file=options.map_file,
         names=[name.strip() for name in options.columns.split(",")] if options.columns else (),
         sensor=options.sensor,
-        search_s=options.search,
+        search_s=search_time(options.search, process_time()),
         on_measured=lambda name, measured, observed: show(first_lines(name, measured, observed)),
         on_nearest=lambda explanation: show([nearest_line(explanation)]),
         on_readings=lambda name, measured: show(first_reading_lines(name, measured)),
