@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
+from itertools import chain, combinations
 from time import thread_time
 
 import numpy as np
@@ -14,6 +14,7 @@ from tumble.compare.grade.search.changes import Changes, best_of_each
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.proposals import STEPS
 from tumble.compare.grade.search.simulations import SearchStopped
+from tumble.scenarios.frames import Array
 
 # Programs of many that are followed beyond the first part of the run.
 FOLLOWED = 60
@@ -29,6 +30,11 @@ DIVES, MOST_DIVES = 3, 8
 ENOUGH = 40
 # Share of the first part of the run in which most programs that are no alternative to one are seen to be none.
 GLANCE = 0.25
+# Residual in floors by which a program is wrong; how far to look beyond the first row where it is, over its time and in
+# row intervals.
+SHOWN, BEYOND, ROWS_BEYOND = 30.0, 1.2, 6
+# Two parts of the run that differ by a smaller factor are one.
+CLOSE = 1.1
 # Share of the first score that is little enough to look at more of the run.
 NEARLY = 0.25
 # Share of what no mistake leaves that is little enough to try a single change before others.
@@ -58,7 +64,8 @@ class Candidate:
     """Mistakes, and the information criterion of what they leave with the cost of assumptions.
 
     weight: of all; score: with a free translation; rank: the score if each mistake had gained only the share of what it
-    gained that counts; by it programs are ranked.  is_enough: they explain all, or all but a free translation.
+    gained that counts; by it programs are ranked.  is_enough: they explain all, or the rotation if the translation is
+    free.
     """
 
     mistakes: Mistakes
@@ -96,24 +103,41 @@ class CausalSearch(Changes):
         try:
             if alone := self._alone(horizons):
                 return alone
-            for number, until in enumerate(horizons):
-                on_progress(number / len(horizons))
+            before = 0.0
+            while before < self._context.duration:
+                on_progress(before / self._context.duration)
+                until = self._next_part(before, pool[0].mistakes)
                 self._begin(until)
-                begun = [c.mistakes for c in pool[:KEPT]]
-                if number and not self._is_near(self._fitted(begun[0])):
-                    begun += self._same_before(begun[0], horizons[number - 1])
-                single = self._single.get(until, [])
+                begun = [c.mistakes for c in _distinct(pool)[:KEPT]]
+                single = _distinct(self._single.get(until, []))
                 whole = self._fitted(()).score
                 nearly, half = ([c.mistakes for c in single if c.score < share * whole] for share in (NEARLY, HALF))
                 then = [c.mistakes for c in single[:SINGLE]]
-                pool = self._explored([*begun, *nearly[:KEPT]], list(dict.fromkeys((*half[:KEPT], *then))))
+                others = filter(self._turns, dict.fromkeys((*half[:KEPT], *then)))
+                pool = self._explored([*begun, *nearly[:KEPT], ()], chain(self._same_before(begun[0], before), others))
                 if not pool[0].is_whole or any(m.hypothesis.vague for m in pool[0].mistakes):
                     pool = self._named(pool, then)
+                before = until
         except SearchStopped:
             self.is_stopped = True
         finally:
             self.look_at_all()
         return pool
+
+    def _next_part(self, before: float, mistakes: Mistakes) -> float:
+        """Return until when to look after the part until a time [s]: not far beyond where a program begins to be wrong.
+
+        What grows from there on is soon too large to show the reason.
+        """
+        horizons = self._horizons()
+        following = next(until for until in horizons if until > before)
+        if before in horizons:
+            self._begin(following)
+            seen = self._simulations.shells.first_beyond(self._simulations.errors([mistakes])[0], SHOWN)
+            soon = max(BEYOND * seen, seen + ROWS_BEYOND * self._context.spacing_s)
+            if before < soon < following / CLOSE and not self._fitted(mistakes).is_whole:
+                return soon
+        return following
 
     def beyond(self, mistakes: Mistakes, stops_at: float) -> list[Candidate]:
         """Return programs that are one change after the other away from one, best first, until a processor time [s]."""
@@ -220,12 +244,14 @@ class CausalSearch(Changes):
             fewer = tuple(m for m in mistakes if m not in pair)
             yield [each for _, several in self._one_more(fewer) for each in several]
 
-    def _same_before(self, mistakes: Mistakes, before: float) -> list[Mistakes]:
-        """Return programs with another mistake in the place of one that are best in the part that is looked at.
+    def _same_before(self, mistakes: Mistakes, before: float) -> Iterator[Mistakes]:
+        """Yield programs with another mistake in the place of one that are best in the part that is looked at.
 
         The part before, until a time [s], did not distinguish them from the best one there.
         """
         until = self._until
+        if not before or self._is_near(self._fitted(mistakes)):
+            return
         without = [tuple(m for m in mistakes if m is not one) for one in _apart_from_steps(mistakes)]
         # What happens in the part that is looked at has no effect before.
         later = [[each for _, several in self._one_more(fewer) for each in several] for fewer in without]
@@ -240,7 +266,7 @@ class CausalSearch(Changes):
         self._begin(until)
         every = list(found)
         weights = self._profiled(every, self._slopes(mistakes))
-        return [every[n] for n in np.argsort(weights, kind="stable")[:KEPT]]
+        yield from (every[n] for n in np.argsort(weights, kind="stable")[:KEPT])
 
     def _alone(self, horizons: Sequence[float]) -> list[Candidate]:
         """Return the changes each of which explains all rows alone, the best first; none if no change does.
@@ -276,49 +302,61 @@ class CausalSearch(Changes):
     def _fitted(self, mistakes: Mistakes) -> Candidate:
         mistakes, weight, score = self._fit.fitted(mistakes)
         shells, errors = self._simulations.shells, self._simulations.errors([mistakes])[0]
-        cost, is_whole = self._cost(mistakes), shells.is_whole(errors)
-        if not is_whole and not self._is_double and shells.is_near(errors):
-            is_whole = self._evaluator.is_within_floor(mistakes, errors, shells.times, shells.floors_m)
-        is_all = self._until >= self._context.duration
+        cost, is_all = self._cost(mistakes), self._until >= self._context.duration
+        is_enough = shells.is_whole(errors)
+        is_whole = is_enough or self._is_hidden(mistakes, errors)
+        # A mistake that single precision would hide so far may show later.
+        is_enough = is_enough or (is_whole and self._evaluator.is_known)
         if is_all and (is_whole or shells.is_near(errors) or shells.is_even(errors)):
             explained = self._evaluator.explain(mistakes)
             is_whole = explained.in_digits <= EXPLAINED if self._is_double else explained.is_whole
-        is_enough = is_whole or (self._fit.is_free and shells.is_whole(shells.without_translation(errors[None])[0]))
+            is_enough = is_whole
+        if self._fit.is_free and not is_enough:
+            rotation = shells.without_centre(errors)
+            is_enough = shells.is_whole(rotation) or (self._evaluator.is_known and self._is_hidden(mistakes, rotation))
         return Candidate(mistakes, weight + cost, score + cost, is_whole, score + cost, is_enough)
 
-    def _explored(self, begun: Sequence[Mistakes], then: Sequence[Mistakes] = ()) -> list[Candidate]:
+    def _is_hidden(self, mistakes: Mistakes, errors: Array) -> bool:
+        """Return whether single precision, which a program may have, hides its residuals, (T, K, 3)."""
+        shells = self._simulations.shells
+        if self._is_double or not shells.is_near(errors):
+            return False
+        return self._evaluator.is_within_floor(mistakes, errors, shells.times, shells.floors_m)
+
+    def _explored(self, begun: Sequence[Mistakes], then: Iterable[Mistakes] = ()) -> list[Candidate]:
         """Return programs, best first: the best of some, and what one change after the other makes of it.
 
         If that leads nowhere, others are tried, and then other first changes.
         """
         pool: dict[tuple, Candidate] = {}
-        for candidate in map(self._fitted, dict.fromkeys((*begun, ()))):
+        for candidate in map(self._fitted, dict.fromkeys(begun)):
             self._add(pool, candidate)
         try:
             others = self._dived(pool, min(pool.values(), key=_by_rank))[:DIVES]
             begun_at = max(c.score for c in pool.values())
-            others = [*map(self._fitted, then), *others]
+            waiting = chain(map(self._fitted, then), others)
             for _ in range(MOST_DIVES):
-                best = min(pool.values(), key=_by_score)
-                if best.is_enough or (self._until < self._context.duration and best.score < NEARLY * begun_at):
+                best = min(pool.values(), key=_enough_first)
+                is_nearly = self._until < self._context.duration and best.score < NEARLY * begun_at
+                if best.is_enough or best.is_whole or is_nearly:
                     break
-                other = others.pop(0) if others else _new(pool.values())
+                other = next(waiting, None) or _new(pool.values())
                 if other is None:
                     break
                 self._dived(pool, self._add(pool, other))
         except SearchStopped:
             self.is_stopped = True
-        return sorted(pool.values(), key=_by_score)
+        return sorted(pool.values(), key=_enough_first)
 
     def _dived(self, pool: dict[tuple, Candidate], chosen: Candidate) -> list[Candidate]:
         """Add what one change after the other makes of a program, as long as that helps; return its other children."""
         others: list[Candidate] | None = None
-        while not chosen.is_whole and not chosen.is_expanded and len(chosen.mistakes) < MOST_MISTAKES:
+        while not chosen.is_enough and not chosen.is_expanded and len(chosen.mistakes) < MOST_MISTAKES:
             chosen.is_expanded = True
             found = sorted(self._expanded(chosen), key=_by_rank)
             found = [self._add(pool, child) for child in found]
             if others is None:
-                others = _different(found)
+                others = _distinct(found)[1:]
             new = next((c for c in found if not c.is_expanded), None)
             if new is None or chosen.rank - new.rank < self._much:
                 break
@@ -337,8 +375,9 @@ class CausalSearch(Changes):
         """
         self._fit.is_free = False
         try:
-            begun = [tuple(m for m in c.mistakes if not m.hypothesis.vague) for c in pool[:KEPT]]
-            named = self._explored([*begun, *single])
+            turned = [c for c in pool[:KEPT] if c.is_enough]  # only the translation is to be explained
+            begun = [tuple(m for m in c.mistakes if not m.hypothesis.vague) for c in turned or pool[:KEPT]]
+            named = self._explored(begun, single) if turned else self._explored([*begun, *single, ()])
             return sorted((*pool, *named), key=lambda c: c.weight)
         finally:
             self._fit.is_free = True
@@ -365,9 +404,8 @@ class CausalSearch(Changes):
 
     def _simpler(self, pool: dict[tuple, Candidate], candidate: Candidate) -> Candidate:
         """Return a program, or a better one with fewer mistakes."""
-        mistakes = candidate.mistakes
-        for number in range(len(mistakes) - 1):
-            fewer = self._fitted((*mistakes[:number], *mistakes[number + 1 :]))
+        for one in candidate.mistakes:
+            fewer = self._fitted(tuple(m for m in candidate.mistakes if m is not one))
             if fewer.weight <= candidate.weight and fewer.score <= candidate.score:
                 fewer.rank = candidate.rank
                 return self._simpler(pool, self._add(pool, fewer))
@@ -425,6 +463,10 @@ def _by_score(candidate: Candidate) -> float:
     return candidate.score
 
 
+def _enough_first(candidate: Candidate) -> tuple[bool, float]:
+    return not candidate.is_enough, candidate.score
+
+
 def _share_of(hypothesis: Hypothesis) -> float:
     """Return the share of what a mistake gains that counts."""
     if hypothesis.vague or hypothesis.scale:
@@ -442,11 +484,9 @@ def _names(candidate: Candidate) -> frozenset[str]:
     return frozenset(m.hypothesis.name for m in candidate.mistakes)
 
 
-def _different(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Return candidates without the first and without those that have the same names as one before."""
-    seen, found = set[frozenset[str]](), []
+def _distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return candidates without those that have the same names as one before."""
+    found: dict[frozenset[str], Candidate] = {}
     for candidate in candidates:
-        if (names := _names(candidate)) not in seen:
-            found.append(candidate)
-        seen.add(names)
-    return found[1:]
+        found.setdefault(_names(candidate), candidate)
+    return list(found.values())

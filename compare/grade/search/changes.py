@@ -1,6 +1,8 @@
 """Programs that are a change away from one: their values and the length of their steps are near the best ones."""
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,8 +20,19 @@ SCHEMES, HOPEFUL = 6, 24
 PLACED, DETAILED = 32, 10
 # Radians in a step from which the length of the right one is estimated.
 SHORT = 0.3
-# Residual in floors that is as good as infinite.
+# Residuals in floors of rows that are right; effects that cannot be seen, and that can; and one as good as infinite.
+RIGHT, UNSEEN, SEEN = 3.0, 1e-3, 10.0
 HUGE = 1e12
+
+
+class Effects(NamedTuple):
+    """What values of a mistake do to the centre and to the rotation of a right program.
+
+    acts: whether one of them does anything; shows_at_once: whether each of them can be seen in the first row; (2,).
+    """
+
+    acts: np.ndarray
+    shows_at_once: np.ndarray
 
 
 class Changes(Parts):
@@ -36,9 +49,47 @@ class Changes(Parts):
 
     def _one_more(self, mistakes: Mistakes, every_value: bool = False) -> list[tuple[Hypothesis, list[Mistakes]]]:
         """Return each mistake that can be added, and programs with its first values, and better ones."""
-        more = list(self._proposals.with_one_more(mistakes, self._run(mistakes), every_value))
+        run, hopeless = self._run(mistakes), self._hopeless(mistakes)
+        more = list(self._proposals.with_one_more(mistakes, run, every_value, hopeless))
         linear = [(several[0], hypothesis) for hypothesis, several in more if _is_linear(hypothesis)]
         return more + self._solved(linear, self._slopes(mistakes), self._simulations.errors([mistakes])[0])
+
+    def _hopeless(self, mistakes: Mistakes) -> Container[Hypothesis]:
+        """Return mistakes that cannot improve a program.
+
+        They are those of the centre alone while its translation is free, those of the rotation alone if that is right,
+        and those that would show in the first row if that is right.
+        """
+        shells, errors = self._simulations.shells, self._simulations.errors([mistakes])
+        starts_right = np.array([np.abs(part[:, 0]).max() <= RIGHT for part in shells.parts(errors)])
+        looked_at = wanted = np.array((not self._fit.is_free, True))
+        if shells.is_whole(shells.without_centre(errors[0])):
+            wanted = looked_at & (True, False)
+        return {
+            hypothesis
+            for hypothesis, (acts, shows_at_once) in self._effects.items()
+            if acts.any() and (not (acts & wanted).any() or (shows_at_once & starts_right & looked_at).any())
+        }
+
+    def _turns(self, mistakes: Mistakes) -> bool:
+        """Return whether some of the mistakes act on the rotation, as far as that is known."""
+        return any(m.hypothesis not in self._effects or self._effects[m.hypothesis].acts[1] for m in mistakes)
+
+    @cached_property
+    def _effects(self) -> dict[Hypothesis, Effects]:
+        """What mistakes do to a right program in the first part of the run."""
+        _, simulations = self._fine_and_coarse(self._horizons()[0])
+        shells, right, found = simulations.shells, simulations.errors([()]), {}
+        for hypothesis, several in self._proposals.with_one_more((), self._run(())) if shells.is_pose else ():
+            if several:
+                with np.errstate(all="ignore"):  # a run that diverged
+                    moved = np.abs(simulations.errors(several) - right)
+                parts = [np.nan_to_num(part, nan=np.inf).max(axis=(2, 3)) for part in shells.parts(moved)]
+                found[hypothesis] = Effects(
+                    np.array([part.max() > UNSEEN for part in parts]),
+                    np.array([(part[:, 0] > SEEN).all() for part in parts]),
+                )
+        return found
 
     def _solved(
         self, wanted: Sequence[tuple[Mistakes, Hypothesis]], slopes: Array, errors: Array

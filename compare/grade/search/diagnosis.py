@@ -28,9 +28,9 @@ CLEARLY = 2.0
 SAME_MOTION = 1e-6
 # How often others as good as the best one are looked for, and how many of the better ones are simplified.
 ROUNDS, SIMPLIFIED = 3, 2
-# Share of the processor time after which nothing new is searched for; in the rest, explanations are simplified and
-# compared with others.
-SEARCHED = 0.8
+# Share of the processor time after which nothing new is searched for, and the least share in which what was found is
+# simplified and compared with others.
+SEARCHED, CLOSED = 0.9, 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ def diagnosed(
     -------
     the diagnosis
     """
-    begun_at, least_s = thread_time(), (1 - SEARCHED) * search_s
+    begun_at, least_s = thread_time(), CLOSED * search_s
     null = evaluator.explain(())
     if null.within_floor and null.in_digits <= EXPLAINED:
         return _ranked(evaluator, null, [])

@@ -53,10 +53,10 @@ class Fit:
         With a free translation, the score is the weight with that, and a little of what the right one would leave.
         """
         shells = self._simulations.shells
-        weights = shells.weights(errors)
         if not self.is_free:
+            weights = shells.weights(errors)
             return weights, weights
-        free = shells.weights(shells.without_translation(errors))
+        weights, free = shells.weights_and_free(errors)
         return weights, free + np.minimum(weights - free, FREE + SHARE * (weights - free))
 
     def directions(self, mistakes: Mistakes, free: Sequence[Hypothesis], errors: Array) -> Array:

@@ -17,6 +17,8 @@ RADIANS, SHARE_OF_ALL, FEWEST, LONGER = 4.0, 0.3, 12, 4.0
 # Radians in a step of a continuous run: its error, over the body's size, is ERROR at UNIT, and grows with the fourth
 # power; it is to be below a share of the floor.
 UNIT, ERROR, OF_FLOOR, FINEST, COARSEST = 0.2, 1e-5, 0.3, 0.02, 0.15
+# Numbers of residuals that are scored at once: as many as a core's cache holds.
+AT_ONCE = 65_536
 # Coarse simulations show what to try next if their errors are below this share of what is off.
 SCREENED = 1e-3
 
@@ -60,12 +62,18 @@ class Parts:
 
     def _begin(self, until: float) -> None:
         self._until = until
-        if until not in self._made:
-            self._made[until], self._coarse[until] = self._simulations_until(until)
-        self._simulations = self._made[until]
-        self._simulations.stops_at = self._stops_at
+        self._simulations, _ = self._fine_and_coarse(until)
         self._fit = Fit(self._simulations)
         self._fit.is_free = True
+
+    def _fine_and_coarse(self, until: float) -> tuple[Simulations, Simulations]:
+        """Return fine and coarse simulations until a time [s], which stop when this search does."""
+        if until not in self._made:
+            self._made[until], self._coarse[until] = self._simulations_until(until)
+        both = self._made[until], self._coarse[until]
+        for simulations in both:
+            simulations.stops_at = self._stops_at
+        return both
 
     def _look_at(self, until: float) -> None:
         """Look at the run until a time [s], with the right translation."""
@@ -89,8 +97,7 @@ class Parts:
 
     def _screened(self, mistakes: Mistakes, programs: Sequence[Mistakes], slopes: Array) -> Array:
         """Return the scores of programs that are a change away from one; coarsely simulated, if that is far off."""
-        fine, coarse = self._simulations, self._coarse[self._until]
-        coarse.stops_at = self._stops_at
+        fine, coarse = self._fine_and_coarse(self._until)
         errors, others = (each.errors([mistakes]) for each in (fine, coarse))
         with np.errstate(all="ignore"):  # a run that diverged, or is right
             share = float(np.sqrt(np.square(others - errors).mean() / np.square(errors).mean()))
@@ -99,13 +106,13 @@ class Parts:
     def _profiled(self, programs: Sequence[Mistakes], slopes: Array, simulations: Simulations | None = None) -> Array:
         """Return the scores of programs, with what derivatives, (P, T, K, 3), can explain of each left out."""
         found, simulations = np.empty(len(programs)), simulations or self._simulations
-        for begin in range(0, len(programs), 400):
-            part = programs[begin : begin + 400]
-            errors = simulations.errors(part)
-            found[begin : begin + 400] = self._fit.scored(errors)[1]
+        count = max(1, AT_ONCE // simulations.shells.numbers)
+        for begin in range(0, len(programs), count):
+            part = slice(begin, begin + count)
+            errors = simulations.errors(programs[part])
+            found[part] = self._fit.scored(errors)[1]
             if len(slopes):
-                left = self._fit.scored(self._left(errors, slopes))[1]
-                found[begin : begin + 400] = np.minimum(found[begin : begin + 400], left)
+                found[part] = np.minimum(found[part], self._fit.scored(self._left(errors, slopes))[1])
         return found + np.array([self._cost(program) for program in programs])
 
     def _left(self, errors: Array, slopes: Array) -> Array:

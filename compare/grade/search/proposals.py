@@ -1,6 +1,6 @@
 """What a search tries next: one more mistake, another one in the place of one, or another scheme."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -108,17 +108,18 @@ class Proposals:
         return self._parts.get(hypothesis.part, 0) if place is None else place
 
     def with_one_more(
-        self, mistakes: Mistakes, run: Run, every_value: bool = False
+        self, mistakes: Mistakes, run: Run, every_value: bool = False, but: Container[Hypothesis] = ()
     ) -> Iterator[tuple[Hypothesis, list[Mistakes]]]:
         """Yield each mistake that can be added, and the programs with its first values; every_value: not only some.
 
-        If a small value has an effect in proportion, the program with the neutral value comes first.
+        If a small value has an effect in proportion, the program with the neutral value comes first.  but: mistakes
+        that are not added.
         """
         taken = {m.hypothesis.part for m in mistakes}
         for hypothesis in (*self.hypotheses, *self._damping(mistakes)):
             # Where in a step a limit acts is tried when there is one.
             is_other = hypothesis.needs_steps and (STEPS not in taken or hypothesis.limits)
-            if hypothesis.part not in taken and not is_other:
+            if hypothesis.part not in taken and not is_other and hypothesis not in but:
                 values = [Mistake(hypothesis, value) for value in first_values(hypothesis, run, every_value)]
                 yield hypothesis, [program for one in values for program in self._with(mistakes, one)]
         if "clock offset" not in taken:
@@ -192,13 +193,11 @@ class Proposals:
         return tuple(Mistake(self.schemes.step(other), m.value) if m is step else m for m in mistakes)
 
     def with_details(self, mistakes: Mistakes) -> Iterator[Mistakes]:
-        """Yield programs that store the rotation otherwise, take w from attitudes, or write a step late or early."""
+        """Yield programs that take w from attitudes, look for events at other ticks, or write a step late or early."""
         is_on_time = not any(m.hypothesis.part == "clock offset" for m in mistakes)
         for own, step in self._own_step(mistakes):
             for sign in (1, -1) if is_on_time else ():
                 yield self.ordered((*mistakes, Mistake(self.schemes.late(sign).hypothesis, step.value)))
-            if own.explicit or own.gyroscopic in TURNED_ASIDE or own.rotation in TURNED_ASIDE:
-                yield self._with_step(mistakes, step, replace(own, other_axes=not own.other_axes))
             if not own.normalise_every and self._context.program.impulses:
                 yield self._with_step(mistakes, step, replace(own, is_unit_used=not own.is_unit_used))
             for number in STEPS_A_TICK:
@@ -265,7 +264,8 @@ class Proposals:
         for kind in ("explicit",) if self._equal or is_factor else gyroscopic:
             base = others if is_factor else without if kind != "none" else (*without, missing)
             for explicit, (rotation, normalise_every) in product((False, True), rotations):
-                either_way = in_wrong_frame or (explicit and kind in STORED_EITHER_WAY)
+                either_way = in_wrong_frame or not TURNED_ASIDE.isdisjoint((kind, rotation))
+                either_way = either_way or (explicit and kind in STORED_EITHER_WAY)
                 for other_axes in (False, True) if either_way else (False,):
                     if not explicit or kind in OF_EXPLICIT:
                         own = Step(

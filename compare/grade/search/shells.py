@@ -65,7 +65,7 @@ class Shells:
         # The centre, and the three points that rotate; or all vertices.
         self._blocks = (slice(0, 1), slice(1, 4)) if self.is_pose else (slice(0, len(points)),)
         free = min(FREE_OF_A_BODY, 3 * len(points)) / len(self._blocks)
-        self._numbers = np.repeat(self.sizes * free, len(self._blocks))
+        self._numbers = self.sizes * free
         self._most = np.square(LARGEST * scale.size_m * self._trust.max())
         since = np.maximum(self.times[:, None] - np.concatenate(([0.0], events[events < until])), 0.0)
         # Jumps: a program that moves by the old velocity is a step late, from the start and from each impulse on.
@@ -74,6 +74,11 @@ class Shells:
 
     def __len__(self) -> int:
         return len(self.times)
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers the residuals of a program are."""
+        return 3 * len(self.times) * self._blocks[-1].stop
 
     def residuals(self, x: Array, axes: Array, has_centre: bool) -> Array:
         """Return what programs leave, in floors, (V, T, 4, 3), from x [m], (V, T, 3), and axes, (V, T, 3, 3)."""
@@ -92,20 +97,35 @@ class Shells:
 
         errors: residuals, (V, T, K, 3).  If a file has too few vertices for that, there is one of all: (V, shells, 1).
         """
-        found = np.empty((*errors.shape[:2], len(self._blocks)))
+        return np.stack([self._squares_of(part) for part in self.parts(errors)], axis=2)
+
+    def parts(self, errors: Array) -> list[Array]:
+        """Return residuals, (V, T, K, 3), of the centre and of the rotation; all in one where they are not apart."""
+        return [errors[:, :, block] for block in self._blocks]
+
+    def _squares_of(self, part: Array) -> Array:
+        """Return the mean squares in each shell of a part of residuals, (V, T, k, 3): (V, shells)."""
         with np.errstate(all="ignore"):
-            for number, block in enumerate(self._blocks):
-                part = errors[:, :, block]
-                found[:, :, number] = np.einsum("vtki,vtki->vt", part, part) / (3 * part.shape[2])
+            found = np.einsum("vtki,vtki->vt", part, part) / (3 * part.shape[2])
         found = np.where(np.isfinite(found), np.minimum(found, self._most), self._most)
-        return np.add.reduceat(found, self._edges[:-1], axis=1) / self.sizes[:, None]
+        return np.add.reduceat(found, self._edges[:-1], axis=1) / self.sizes
 
     def weights(self, errors: Array) -> Array:
         """Return the information criterion of residuals, (V, T, K, 3), without the cost of assumptions: (V,).
 
         The noise is unknown in each shell, but above the floor.
         """
-        return np.log1p(self.squares(errors)).reshape(len(errors), -1) @ self._numbers
+        return np.log1p(self.squares(errors)).sum(axis=2) @ self._numbers
+
+    def weights_and_free(self, errors: Array) -> tuple[Array, Array]:
+        """Return the weights of residuals, (V, T, K, 3), and those with a free translation, (V,) both."""
+        logarithms = np.log1p(self.squares(errors))
+        weights = logarithms.sum(axis=2) @ self._numbers
+        if not self.is_pose:
+            return weights, weights
+        left = self._centre_without_translation(errors, errors)
+        free = np.log1p(self._squares_of(left[:, :, None]))
+        return weights, weights + (free - logarithms[:, :, 0]) @ self._numbers
 
     def precisions(self, errors: Array) -> Array:
         """Return the weights of residuals, (V, T, K, 3), in a fit that minimises `weights`: (V, T, K)."""
@@ -135,6 +155,15 @@ class Shells:
         squares = self.squares(errors[None])[0][self.sizes > SHELLS[0]]
         return len(squares) > 0 and bool((squares.max(axis=0) <= EVEN * squares.min(axis=0)).all())
 
+    def first_beyond(self, errors: Array, most: float) -> float:
+        """Return the time of the first row whose residuals, (T, K, 3), exceed some floors [s]; inf if none does."""
+        beyond = ~(np.abs(errors).max(axis=(1, 2)) <= most)  # also nan
+        return float(self.times[beyond.argmax()]) if beyond.any() else np.inf
+
+    def without_centre(self, errors: Array) -> Array:
+        """Return residuals, (T, K, 3), with those of the centre set to 0; unchanged where they are not apart."""
+        return np.where(np.arange(errors.shape[1])[:, None] == 0, 0.0, errors) if self.is_pose else errors
+
     def without_translation(self, errors: Array, like: Array | None = None) -> Array:
         """Return residuals without those of the centre that another start, acceleration or impulse would explain.
 
@@ -143,7 +172,13 @@ class Shells:
         """
         if not self.is_pose:
             return errors
-        rows = self.precisions(errors if like is None else like[None])[:, :, 0]
+        found = errors.copy()
+        found[:, :, 0] = self._centre_without_translation(errors, errors if like is None else like[None])
+        return found
+
+    def _centre_without_translation(self, errors: Array, like: Array) -> Array:
+        """Return what `without_translation` leaves of the centre's residuals, (V, T, 3)."""
+        rows = np.repeat(1.0 / (1.0 + self._squares_of(like[:, :, :1])), self.sizes, axis=1)
         with np.errstate(all="ignore"):
             off = np.nan_to_num(errors[:, :, 0], posinf=0.0, neginf=0.0) / self._trust[:, 0]
             rows = rows * self._trust[:, 0].mean(axis=1) ** 2
@@ -154,9 +189,7 @@ class Shells:
             size = np.einsum("vpp->vp", normal)
             normal = normal + REGULAR * np.eye(count) * size.max(axis=1)[:, None, None]
             left = off - self._powers @ np.linalg.solve(normal, right)
-        found = errors.copy()
-        found[:, :, 0] = left * self._trust[:, 0]
-        return found
+        return left * self._trust[:, 0]
 
 
 def _chosen(times: Array, until: float, events: Array) -> np.ndarray:

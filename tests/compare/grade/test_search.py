@@ -1,4 +1,4 @@
-"""What a search follows: what has an effect, the right axes, clocks late by less than a row, rounded values."""
+"""What a search follows: what has an effect and shows next, the right axes, clocks late by less than a row, values."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -8,16 +8,19 @@ from typing import Any, cast
 import numpy as np
 import pytest
 from explanations import explanation, mistakes_of
+from planted import Spoilt
 from programs import Program, fly, read, write
 
+from tools.heldout import SCENES
 from tumble.compare.grade.grade import EXPLAINED_WHOLLY, Grade, context_of, grade, scale_of
 from tumble.compare.grade.hypotheses.explanation import Mistake
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.hypotheses.mistakes.clocks import clocks
 from tumble.compare.grade.measure.errors import measure
-from tumble.compare.grade.model.program_model import output_points
+from tumble.compare.grade.model.program_model import FINE, correct_program, output_points
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.grade.search.causal import Candidate, CausalSearch
+from tumble.compare.grade.search.changes import Effects
 from tumble.compare.grade.search.closing import HIDDEN, Closing
 from tumble.compare.grade.search.shells import Shells
 from tumble.scenarios.read import read_scene, scene_path
@@ -32,9 +35,9 @@ def written(folder, scene, form="{:.7f}", kind="pose", flip=None, **program):
     return Path(write(folder / "program.csv", rows, vertices, kind, form.format, flip=flip))
 
 
-def named(file, scene):
-    """Return the mistakes of a file that is explained, by name: their values."""
-    found = grade(file, read_scene(scene), {}, search_s=0.1)
+def named(file, scene, search_s=0.1):
+    """Return the mistakes of a file that is explained, by name: their values; search_s: a twentieth of the time."""
+    found = grade(file, read_scene(scene), {}, search_s=search_s)
     assert found.verdict == EXPLAINED_WHOLLY
     return {mistake.hypothesis.name: mistake.value for mistake in found.diagnosis.best.mistakes}
 
@@ -107,7 +110,7 @@ def test_what_explains_most_of_the_translation_alone_is_tried_again_with_it():
     search._explored = lambda programs: tried.append((search._fit.is_free, list(programs))) or []
     alone, free = candidate("a", 1.0), candidate("b", 0.5)
     assert search._named([free], [alone.mistakes]) == [free]
-    assert tried == [(False, [free.mistakes, alone.mistakes])]
+    assert tried == [(False, [free.mistakes, alone.mistakes, ()])]
     assert search._fit.is_free
 
 
@@ -157,3 +160,130 @@ def test_plain_values_are_firm_though_single_precision_explains_much(value, is_o
     diagnosis = SimpleNamespace(engines=(), best=best, stopped_s=0.0)
     grade_of_it = SimpleNamespace(diagnosis=diagnosis, measured=SimpleNamespace(single=False))
     assert cast(Any, Grade.is_open).fget(grade_of_it) is is_open
+
+
+def hypothesis(name):
+    return Hypothesis(name, name, name, lambda program, _: program)
+
+
+# Whether a mistake does anything to the centre and to the rotation, and whether it shows in the first row there.
+NO, YES = False, True
+EFFECTS = {
+    "none": ((NO, NO), (NO, NO)),
+    "both": ((YES, YES), (NO, NO)),
+    "both at once": ((YES, YES), (YES, YES)),
+    "centre": ((YES, NO), (NO, NO)),
+    "rotation": ((NO, YES), (NO, NO)),
+    "rotation at once": ((NO, YES), (NO, YES)),
+    "both, rotation at once": ((YES, YES), (NO, YES)),
+}
+
+
+@pytest.mark.parametrize(
+    ("is_free", "starts_right", "is_turned", "hopeless"),
+    [
+        (True, (NO, NO), NO, {"centre"}),
+        (True, (YES, NO), NO, {"centre"}),
+        (True, (NO, YES), NO, {"centre", "both at once", "rotation at once", "both, rotation at once"}),
+        (False, (NO, NO), NO, set()),
+        (False, (YES, NO), NO, {"both at once"}),
+        (False, (NO, NO), YES, {"rotation", "rotation at once"}),
+    ],
+)
+def test_what_would_show_in_a_right_first_row_or_cannot_help_is_not_tried(is_free, starts_right, is_turned, hopeless):
+    search = CausalSearch.__new__(CausalSearch)
+    search._effects = {hypothesis(name): Effects(*map(np.array, both)) for name, both in EFFECTS.items()}
+    shells = SimpleNamespace(
+        parts=lambda errors: [np.full((1, 3, 1, 3), 0.0 if right else 9.0) for right in starts_right],
+        without_centre=lambda errors: errors,
+        is_whole=lambda errors: is_turned,
+    )
+    search._simulations = SimpleNamespace(shells=shells, errors=lambda programs: np.zeros((1, 3, 4, 3)))
+    search._fit = SimpleNamespace(is_free=is_free)
+    assert {each.name for each in search._hopeless(mistakes_of("a"))} == hopeless
+
+
+def test_a_sign_of_the_quaternion_is_named_of_a_body_that_starts_late(tmp_path):
+    """It does not show while the body stands."""
+    scene = read_scene("dzhanibekov")
+    pose = correct_program(scene, 0).output(np.maximum(np.linspace(0.0, 2.0, 41) - 0.25, 0.0), FINE)
+    rows = np.column_stack((np.linspace(0.0, 2.0, 41), pose.x, pose.q * (1, 1, -1, 1)))
+    header = "t_s,x_m,y_m,z_m,qw,qx,qy,qz"
+    np.savetxt(tmp_path / "late.csv", rows, "%.7g", ",", header=header, comments="", encoding="utf-8")
+    assert named(tmp_path / "late.csv", "dzhanibekov", 0.2).keys() - {"clock-offset", "log-lag"} == {
+        "quaternion-vector-mirrored"
+    }
+
+
+def test_weights_with_a_free_translation_are_those_of_what_it_leaves(tmp_path):
+    scene = read_scene("two-hits")
+    sample = measure(Trajectory(written(tmp_path, "two-hits"), scene, {}), scene).sample
+    shells = Shells(sample, scale_of(sample, scene, 0.0), output_points(scene.body), 1.0, np.array([0.75]))
+    errors = (
+        np.random.default_rng(46).normal(size=(5, len(shells), 4, 3)) * np.geomspace(0.1, 1e4, 5)[:, None, None, None]
+    )
+    errors[1, 3, 0, 0] = np.inf
+    weights, free = shells.weights_and_free(errors)
+    assert weights == pytest.approx(shells.weights(errors), rel=1e-12)
+    assert free == pytest.approx(shells.weights(shells.without_translation(errors)), rel=1e-12)
+    assert (free < weights).all()
+
+
+def test_the_first_row_that_is_wrong_is_found(tmp_path):
+    scene = read_scene("two-hits")
+    sample = measure(Trajectory(written(tmp_path, "two-hits"), scene, {}), scene).sample
+    shells = Shells(sample, scale_of(sample, scene, 0.0), output_points(scene.body), 1.0, np.empty(0))
+    errors = np.zeros((len(shells), 4, 3))
+    assert shells.first_beyond(errors, 4.0) == np.inf
+    errors[6, 2, 0], errors[4:, 0, 1] = np.nan, -5.0
+    assert [shells.first_beyond(errors, most) for most in (4.0, 5.0)] == [shells.times[4], shells.times[6]]
+    assert not shells.without_centre(errors)[:, 0].any()
+    assert np.array_equal(shells.without_centre(errors)[:, 1:], errors[:, 1:], equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("wrong_from_s", "is_whole", "until_s"),
+    [(1.5, False, 2.1), (3.0, False, 3.6), (3.7, False, 4.0), (np.inf, False, 4.0), (1.5, True, 4.0)],
+)
+def test_a_search_looks_next_at_where_a_program_begins_to_be_wrong(wrong_from_s, is_whole, until_s):
+    search = CausalSearch.__new__(CausalSearch)
+    search._horizons = lambda: [1.0, 4.0, 10.0]
+    search._begin = lambda until: None
+    search._context = SimpleNamespace(spacing_s=0.1)
+    shells = SimpleNamespace(first_beyond=lambda errors, most: wrong_from_s)
+    search._simulations = SimpleNamespace(shells=shells, errors=lambda programs: [None])
+    search._fitted = lambda mistakes: SimpleNamespace(is_whole=is_whole)
+    assert search._next_part(0.0, ()) == 1.0
+    assert search._next_part(1.0, ()) == pytest.approx(until_s)
+    assert search._next_part(2.1, ()) == 4.0, "there is one such part between two others"
+
+
+class StartsInBodyAxes(Spoilt):
+    """Takes the start velocity in body axes."""
+
+    def begin(self):
+        self.v = self.R @ self.v
+
+
+def test_mistakes_of_the_translation_are_named_once_the_rotation_is_explained(tmp_path):
+    """The search has 4 s, and finds them in a quarter of that; with the rotation until all fits it took 7 s."""
+    throw = read(SCENES["struck"])
+    flight = StartsInBodyAxes(throw, dt=0.0025, every=4, method="explicit", linear=0.5).rows()
+    file = Path(write(tmp_path / "student.csv", flight, throw.vertices, form="{:.8g}".format))
+    names = {"start-velocity-in-body-axes", "linear-damping", "explicit-euler"}
+    assert named(file, str(SCENES["struck"]), 0.2).keys() == names
+
+
+@pytest.mark.parametrize("useless", ["a", "c"])
+def test_any_mistake_that_helps_no_more_is_left_out(useless):
+    """Mistakes are in the order in which a program makes them, not in that in which a search found them."""
+    search = CausalSearch.__new__(CausalSearch)
+    search._add = lambda pool, child: child
+
+    def fitted(mistakes):
+        names = "".join(m.hypothesis.name for m in mistakes)
+        return candidate(names, 5.0 if set("abc") - {useless} <= set(names) else 90.0)
+
+    search._fitted = fitted
+    kept = search._simpler({}, fitted(mistakes_of("abc")))
+    assert [m.hypothesis.name for m in kept.mistakes] == [name for name in "abc" if name != useless]

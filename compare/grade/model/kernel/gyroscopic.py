@@ -24,8 +24,8 @@ from tumble.solver.compilation import borrowing, inlined
 from tumble.solver.quaternion import Quaternion, rotate, rotate_back
 from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
-# Fixed-point iterations of the midpoint rule, each of which reduces the error by |w| dt, and Newton steps of implicit
-# Euler until it has converged.
+# Fixed-point iterations of the midpoint rule at most, each of which reduces the error by |w| dt, and Newton steps of
+# implicit Euler until it has converged.
 ROUNDS, NEWTON_STEPS = 12, 5
 
 
@@ -76,10 +76,12 @@ def _rescaled_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
 @borrowing
 def _midpoint_gyroscopic(w: Vector, dt: float, moments: Vector) -> Vector:
     """Return w after the torque -w x I w at the mean of the old and the new w."""
-    after = w
+    after, before = w, (math.nan, math.nan, math.nan)
     for _ in range(ROUNDS):
+        if after == before:
+            break
         mean = scale(0.5, add(w, after))
-        after = add(w, scale(dt, divided(cross(times(moments, mean), mean), moments)))
+        before, after = after, add(w, scale(dt, divided(cross(times(moments, mean), mean), moments)))
     return after
 
 
