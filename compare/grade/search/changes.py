@@ -1,6 +1,6 @@
 """Programs that are a change away from one: their values and the length of their steps are near the best ones."""
 
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -54,7 +54,7 @@ class Changes(Parts):
         linear = [(several[0], hypothesis) for hypothesis, several in more if _is_linear(hypothesis)]
         return more + self._solved(linear, self._slopes(mistakes), self._simulations.errors([mistakes])[0])
 
-    def _hopeless(self, mistakes: Mistakes) -> Container[Hypothesis]:
+    def _hopeless(self, mistakes: Mistakes) -> set[Hypothesis]:
         """Return mistakes that cannot improve a program.
 
         They are those of the centre alone while its translation is free, those of the rotation alone if that is right,
