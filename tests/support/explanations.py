@@ -4,9 +4,14 @@ from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mi
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 
 
+def hypothesis(name: str) -> Hypothesis:
+    """Return a mistake that does nothing."""
+    return Hypothesis(name, name, name, lambda program, _: program)
+
+
 def mistakes_of(letters: str) -> Mistakes:
     """Return a mistake for each letter."""
-    return tuple(Mistake(Hypothesis(name, name, name, lambda program, _: program)) for name in letters)
+    return tuple(map(Mistake, map(hypothesis, letters)))
 
 
 def explanation(letters: str, left: float, nothing: bool = False, in_common: float | None = None) -> Explanation:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pose_files import write_poses
 
 from tumble.compare.grade.grade import EXPLAINED_WHOLLY, grade
 from tumble.compare.grade.model.reference import Reference
@@ -17,9 +18,7 @@ def test_a_body_that_is_asleep_at_first_is_named(tmp_path):
     times = np.linspace(0.0, scene.duration, 201)
     impulses = tuple(replace(each, time=max(each.time - LATE, 0.0)) for each in scene.impulses)
     awake = Reference(replace(scene, impulses=impulses)).states(0, np.maximum(times - LATE, 0.0))
-    rows = np.column_stack((times, awake[:, 0:7]))
-    np.savetxt(tmp_path / "a.csv", rows, "%.9g", ",", header="t_s,x_m,y_m,z_m,qw,qx,qy,qz", comments="")
-    found = grade(tmp_path / "a.csv", scene, {})
+    found = grade(write_poses(tmp_path / "a.csv", times, awake[:, 0:7], form="%.9g"), scene, {})
     assert found.verdict == EXPLAINED_WHOLLY
     assert found.diagnosis is not None
     ((only),) = found.diagnosis.best.mistakes

@@ -7,8 +7,9 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from explanations import explanation, mistakes_of
+from explanations import explanation, hypothesis, mistakes_of
 from planted import Spoilt
+from pose_files import write_poses
 from programs import Program, fly, read, write
 
 from tools.heldout import SCENES
@@ -162,10 +163,6 @@ def test_plain_values_are_firm_though_single_precision_explains_much(value, is_o
     assert cast(Any, Grade.is_open).fget(grade_of_it) is is_open
 
 
-def hypothesis(name):
-    return Hypothesis(name, name, name, lambda program, _: program)
-
-
 # Whether a mistake does anything to the centre and to the rotation, and whether it shows in the first row there.
 NO, YES = False, True
 EFFECTS = {
@@ -206,13 +203,10 @@ def test_what_would_show_in_a_right_first_row_or_cannot_help_is_not_tried(is_fre
 def test_a_sign_of_the_quaternion_is_named_of_a_body_that_starts_late(tmp_path):
     """It does not show while the body stands."""
     scene = read_scene("dzhanibekov")
-    pose = correct_program(scene, 0).output(np.maximum(np.linspace(0.0, 2.0, 41) - 0.25, 0.0), FINE)
-    rows = np.column_stack((np.linspace(0.0, 2.0, 41), pose.x, pose.q * (1, 1, -1, 1)))
-    header = "t_s,x_m,y_m,z_m,qw,qx,qy,qz"
-    np.savetxt(tmp_path / "late.csv", rows, "%.7g", ",", header=header, comments="", encoding="utf-8")
-    assert named(tmp_path / "late.csv", "dzhanibekov", 0.2).keys() - {"clock-offset", "log-lag"} == {
-        "quaternion-vector-mirrored"
-    }
+    times = np.linspace(0.0, 2.0, 41)
+    pose = correct_program(scene, 0).output(np.maximum(times - 0.25, 0.0), FINE)
+    file = write_poses(tmp_path / "late.csv", times, pose.x, pose.q * (1, 1, -1, 1), form="%.7g")
+    assert named(file, "dzhanibekov", 0.2).keys() - {"clock-offset", "log-lag"} == {"quaternion-vector-mirrored"}
 
 
 def test_weights_with_a_free_translation_are_those_of_what_it_leaves(tmp_path):

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pose_files import write_poses
 from programs import Program, fly, read, write
 
 from tumble.compare.grade.grade import grade
@@ -53,7 +54,6 @@ def test_a_mistake_that_is_larger_is_not_hidden(tmp_path):
 def test_round_numbers_do_not_speak_for_single_precision(tmp_path, attitude, centre, may_be):
     """In a free flight from round values the centre's numbers are short, so they refute nothing."""
     states = Reference(scene := read_scene("brick-tumble")).states(0, times := np.arange(51) * 0.02)
-    numbers = np.column_stack((times, states[:, :3].astype(centre), states[:, 3:7].astype(attitude)))
-    file = tmp_path / "flight.csv"
-    np.savetxt(file, numbers, "%.9g", ",", header="t_s,x_m,y_m,z_m,qw,qx,qy,qz", comments="")
+    x, q = states[:, :3].astype(centre), states[:, 3:7].astype(attitude)
+    file = write_poses(tmp_path / "flight.csv", times, x, q, form="%.9g")
     assert measure(Trajectory(file, scene, {}), scene).may_be_single is may_be

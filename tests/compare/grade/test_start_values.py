@@ -4,27 +4,11 @@ import csv
 
 import numpy as np
 import pytest
+from pose_files import SKEWED, write_poses
 
 from tumble.__main__ import main
 from tumble.compare.grade.model.program_model import FINE, correct_program
 from tumble.scenarios.read import read_scene
-
-# Products of inertia: the principal axes are not those of the file.
-SKEWED = """
-title = "Skewed body in the air"
-duration = 1.0
-samples = 25
-step = 0.001
-[body]
-shape = "rigid"
-mass = 1.7
-inertia = [[0.03, 0.004, -0.002], [0.004, 0.04, 0.003], [-0.002, 0.003, 0.05]]
-points = [[0.3, 0, 0], [-0.3, 0, 0.1], [0, 0.2, 0], [0, -0.2, 0.1], [0, 0, 0.2]]
-position = [0.2, 1.0, -0.4]
-orientation = [0.9, 0.1, -0.3, 0.3]
-velocity = [0.4, 2.0, -0.7]
-angular_velocity = [1.0, 2.0, -0.5]
-"""
 
 
 @pytest.mark.parametrize(
@@ -47,10 +31,7 @@ def test_the_value_is_what_the_first_row_has(name, place, value, tmp_path, capsy
     times = np.linspace(0.0, 1.0, 26)
     pose = program.but(start=state).output(times, FINE)
     assert (pose.x[0] if place.start == 0 else pose.q[0]) == pytest.approx(np.array(value), abs=1e-12)
-    rows = np.column_stack((times, pose.x, pose.q))
-    np.savetxt(
-        tmp_path / "a.csv", rows, "%.12g", ",", header="t_s,x_m,y_m,z_m,qw,qx,qy,qz", comments="", encoding="utf-8"
-    )
+    write_poses(tmp_path / "a.csv", times, pose.x, pose.q)
     assert main(["grade", str(tmp_path / "a.csv"), "--scene", str(tmp_path / "skewed.toml"), "-o", str(tmp_path)]) == 0
     assert ", ".join(f"{number:.4g}" for number in value) in capsys.readouterr().out
     with (tmp_path / "diagnosis.csv").open(encoding="utf-8") as file:
