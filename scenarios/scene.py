@@ -6,6 +6,7 @@ Every array is read-only: an engine cannot alter the question.
 """
 
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 
 import numpy as np
 
@@ -98,7 +99,7 @@ class Body(_Frozen):
         """Whether a ray can meet it: a body given by its tensor alone has points, and no surface."""
         return bool(len(self.faces)) or self.radius is not None or self.disc is not None
 
-    @property
+    @cached_property
     def reach(self) -> float:
         """How far the furthest point is from the centre of mass [m]."""
         return float(np.linalg.norm(self.points, axis=1).max())

@@ -76,13 +76,13 @@ class Context:
         v, w = (np.linalg.norm(self.probes[:, columns], axis=1) for columns in (slice(12, 15), slice(15, 18)))
         return v, w
 
-    @property
+    @cached_property
     def ticks(self) -> dict[float, str]:
         """Steps that are longer than a row interval: usual ones, and multiples of the interval."""
         rows = {number * self.spacing_s: f"{number} rows" for number in TICKS}
         return {step: name for step, name in STEPS.items() if step > self.spacing_s * (1 + NEAR)} | rows
 
-    @property
+    @cached_property
     def parts(self) -> list[float]:
         """Steps that divide the row interval [s]: the interval, parts of it, and usual steps.
 
@@ -96,7 +96,7 @@ class Context:
             if steps[step] in PARTS.values() or (count <= MOST_A_ROW and abs(count - round(count)) < NEAR * count)
         ]
 
-    @property
+    @cached_property
     def steps(self) -> dict[float, str]:
         """Parts of the row interval, then usual steps [s]."""
         spacing = next((step for step in STEPS if abs(step - self.spacing_s) < NEAR * step), self.spacing_s)

@@ -4,9 +4,9 @@
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -55,6 +55,8 @@ ZERO: Vector = (0.0, 0.0, 0.0)
 WHOLE = 1e-6
 
 
+# Columns of a row of `kernel.stepping`.
+X, AXES, Q = slice(0, 3), slice(3, 12), slice(18, 22)
 # Rows between two ticks: of the last tick; others as in `kernel.reading`.
 ZERO_ORDER_HOLD = 0
 
@@ -130,6 +132,13 @@ AT_ONCE, RIGHT_CLOCK = ImpulseApplication(), Clock()
 CONTINUOUS = Scheme(0.0, SMOOTH, EXPLICIT, False, 0.0, stored=IN_BODY)
 OutputTransform = Callable[[Pose], Pose]
 THE_SCENES_DRAG, THE_SCENES_TETHERS = (False, False, False), TetherLaw()
+# Fields of a program that are those of its dynamics, and on which nothing else in these depends; and fields on which
+# nothing in these depends.
+OF_DYNAMICS = frozenset({
+    "damping", "axis_damping", "damping_place", "damping_form", "gyroscopic", "frame_mixup", "tensor", "inverse_tensor",
+    "impulse_tensor", "attitude_rate_factor", "cap_place", "bounce", "floor_place",
+})  # fmt: skip
+APART_FROM_DYNAMICS = frozenset({"scheme", "clock", "output_transforms", "tick", "impulses", "rounding"})
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,8 +194,16 @@ class ProgramModel:
     def but(self, **changes: Any) -> "ProgramModel":
         """Return the program with some fields changed: as `dataclasses.replace`, but many times as fast."""
         changed = object.__new__(ProgramModel)
-        changed.__dict__.update(self.__dict__)
-        changed.__dict__.update(changes)
+        fields = changed.__dict__
+        fields.update(self.__dict__)
+        fields.update(changes)
+        # Most of a program's parameters for the kernel are those of the program that it was changed from.
+        if APART_FROM_DYNAMICS.issuperset(changes):
+            fields["_dynamics"] = self._dynamics
+        elif OF_DYNAMICS.issuperset(changes):
+            fields["_dynamics"] = self._dynamics._replace(**changes)
+        else:
+            fields.pop("_dynamics", None)
         return changed
 
     @property
@@ -196,29 +213,27 @@ class ProgramModel:
 
     def output(self, times: Array, fineness: float = SEARCHING) -> Pose:
         """Return the output of the program at increasing times [s], (T,); axes and q: from the body's file axes."""
+        return outputs([self], times, fineness)[0]
+
+    def write_poses(self, rows: Array, times: Array, fineness: float) -> None:
+        """Write x, the matrix and q of its poses at times of its clock [s] into rows of `kernel.stepping`, (T, 22)."""
         clock = self.clock
-        if np.isfinite(clock.stop) and self.event_tick:
+        if clock.stop < math.inf and self.event_tick:
             clock = clock._replace(stop=float(next_tick(clock.stop, self.event_tick)))
         reached = clock.physics_times(times, self.rounding)
-        if clock.interpolation != ZERO_ORDER_HOLD:
-            pose = self._between_ticks(times, reached, fineness)
+        if clock.interpolation == ZERO_ORDER_HOLD:
+            self.simulate_into(rows, reached, fineness)
         else:
-            pose = pose_of(times, self.simulate(reached, fineness))
-        with np.errstate(all="ignore"):  # a run that diverged leaves a large residual
-            if self.body.file_axes[0] != 1.0:
-                pose = _in_file_axes(pose, self.body.file_axes)
-            for writing in self.output_transforms:
-                pose = writing(pose)
-        return pose
+            self._write_between_ticks(rows, times, reached, fineness)
 
-    def _between_ticks(self, times: Array, reached: Array, fineness: float) -> Pose:
-        """Return the output between the last tick of the physics and the next."""
+    def _write_between_ticks(self, rows: Array, times: Array, reached: Array, fineness: float) -> None:
+        """Write the poses between the last tick of the physics and the next."""
         clock, count = self.clock, len(times)
         instants, first, found = np.empty(2 * count), np.empty(count), np.empty((count, POSE))
         number = instants_of(np.rint(reached / clock.tick), instants, first)
-        rows = self.simulate(clock.tick * instants[:number], fineness)
-        between_ticks(rows, first, clock.fraction(times, self.rounding), clock.tick, clock.interpolation, found)
-        return Pose(times, found[:, 0:3], found[:, 3:12].reshape(-1, 3, 3), found[:, 12:16])
+        at_ticks = self.simulate(clock.tick * instants[:number], fineness)
+        between_ticks(at_ticks, first, clock.fraction(times, self.rounding), clock.tick, clock.interpolation, found)
+        rows[:, X], rows[:, AXES], rows[:, Q] = found[:, 0:3], found[:, 3:12], found[:, 12:16]
 
     @property
     def _is_usual(self) -> bool:
@@ -248,15 +263,33 @@ class ProgramModel:
     def simulate(self, times: Array, fineness: float = SEARCHING) -> Array:
         """Return rows of `kernel.stepping` at times [s] that do not decrease, (T, 22), each after its impulses."""
         rows = np.empty((len(times), WIDTH))
-        gravity, application = tuple(self.gravity.tolist()), self.application
+        self.simulate_into(rows, times, fineness)
+        return rows
+
+    def simulate_into(self, rows: Array, times: Array, fineness: float) -> None:
+        """Write the rows of `simulate`, (T, 22)."""
         delayed_gravity = (self.gravity_from, *(self.mass * self.gravity).tolist()) if self.gravity_from else None
-        moments = tuple(self.moments.tolist())
+        scheme = self.scheme if self.scheme.attitude != SMOOTH else self.scheme._replace(step=fineness)
+        springs = 0.0
+        if self.stiffness:
+            rate = math.sqrt(self.stiffness * (1 / self.mass + self.body.reach**2 / self.moments.min()))
+            springs = rate * fineness * (SEARCHING / fineness) ** SPRING_POWER / SPRING_STEP
+        events = _events(self.impulses, self.application, delayed_gravity, self.event_tick)
+        integrate(self.start, times, rows, self._dynamics, events, springs, scheme, self.rounding)
+
+    @cached_property
+    def _dynamics(self) -> Dynamics:
+        """What moves the body, for the kernel."""
+        application = self.application
         forces, other_drag = self._by_the_scenes_laws()
+        gravity = ZERO if self.gravity_from else tuple(self.gravity.tolist())
+        if (forces.mass, forces.gravity) != (self.mass, gravity):
+            forces = forces._replace(mass=self.mass, gravity=gravity)
         w, x, y, z = self.start[3:7].tolist()
         size = math.sqrt(w * w + x * x + y * y + z * z)
-        dynamics = Dynamics(
-            moments=moments,
-            forces=forces._replace(mass=self.mass, gravity=ZERO if delayed_gravity else gravity),
+        return Dynamics(
+            moments=tuple(self.moments.tolist()),
+            forces=forces,
             damping=self.damping,
             drag=self.drag,
             other_drag=other_drag,
@@ -291,14 +324,6 @@ class ProgramModel:
             is_capped=min(*self.caps, *self.component_caps) < math.inf,
             has_other_tethers=self.tether_law != THE_SCENES_TETHERS,
         )
-        scheme = self.scheme if self.scheme.attitude != SMOOTH else self.scheme._replace(step=fineness)
-        springs = 0.0
-        if self.stiffness:
-            rate = math.sqrt(self.stiffness * (1 / self.mass + self.body.reach**2 / min(moments)))
-            springs = rate * fineness * (SEARCHING / fineness) ** SPRING_POWER / SPRING_STEP
-        events = _events(self.impulses, application, delayed_gravity, self.event_tick)
-        integrate(self.start, times, rows, dynamics, events, springs, scheme, self.rounding)
-        return rows
 
 
 def output_points(body: Body) -> Array:
@@ -306,15 +331,26 @@ def output_points(body: Body) -> Array:
     return body.points @ rotation_matrix(body.file_axes)
 
 
-def pose_of(times: Array, rows: Array) -> Pose:
-    """Return the pose in rows of `simulate`."""
-    return Pose(times, rows[:, 0:3], rows[:, 3:12].reshape(-1, 3, 3), rows[:, 18:22])
-
-
-def _in_file_axes(pose: Pose, file_axes: Array) -> Pose:
-    """Return a pose of the principal axes as one of the axes that the scene file has."""
-    turn, product = _turn_and_product(*file_axes.tolist())
-    return pose._replace(axes=pose.axes @ turn, q=pose.q @ product)
+def outputs(programs: Sequence[ProgramModel], times: Array, fineness: float = SEARCHING) -> list[Pose]:
+    """Return what `ProgramModel.output` does of programs with one body, faster than one by one."""
+    rows = np.empty((len(programs), len(times), WIDTH))
+    for program, own in zip(programs, rows, strict=True):
+        program.write_poses(own, times, fineness)
+    axes, q = rows[:, :, AXES].reshape(-1, 3), rows[:, :, Q].reshape(-1, 4)
+    found = []
+    with np.errstate(all="ignore"):  # a run that diverged leaves a large residual
+        if programs[0].body.file_axes[0] != 1.0:
+            turn, product = _turn_and_product(*programs[0].body.file_axes.tolist())
+            axes, q = axes @ turn, q @ product
+        shape = len(programs), len(times)
+        for program, *own in zip(
+            programs, rows[:, :, X], axes.reshape(*shape, 3, 3), q.reshape(*shape, 4), strict=True
+        ):
+            pose = Pose(times, *own)
+            for writing in program.output_transforms:
+                pose = writing(pose)
+            found.append(pose)
+    return found
 
 
 @lru_cache

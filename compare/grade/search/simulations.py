@@ -8,12 +8,14 @@ import numpy as np
 from tumble.compare.grade.hypotheses.explanation import Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Context
 from tumble.compare.grade.hypotheses.mistakes.output import OUTPUT_PARTS
-from tumble.compare.grade.model.program_model import SEARCHING, Pose, ProgramModel
+from tumble.compare.grade.model.program_model import SEARCHING, Pose, ProgramModel, outputs
 from tumble.compare.grade.search.shells import Shells
 from tumble.scenarios.frames import Array
 
 # Programs that are simulated from one look at the clock to the next.
 BETWEEN = 16
+# Programs whose poses are kept.
+MOST_POSES = 4000
 # Columns of a simulated row.
 V, W = slice(12, 15), slice(15, 18)
 
@@ -29,19 +31,42 @@ class Simulations:
         self.context, self.shells, self.stops_at, self.trials = context, shells, stops_at, 0
         self.fineness = fineness
         self._poses: dict[Mistakes, Pose] = {}
+        self._last: tuple[Mistakes | None, Array] = None, np.empty(0)
         self._programs: dict[Mistakes, ProgramModel] = {(): context.program}
 
     def errors(self, programs: Sequence[Mistakes]) -> Array:
         """Return the residuals of programs with mistakes, in floors, (V, T, K, 3).  Raises SearchStopped."""
         self.trials += len(programs)
+        if len(programs) == 1 and programs[0] == self._last[0]:
+            return self._last[1]
+        runs = [_run_of(mistakes) for mistakes in programs]
+        self._simulate(runs)
         shells = self.shells
         x, axes = np.empty((len(programs), len(shells), 3)), np.empty((len(programs), len(shells), 3, 3))
-        for number, mistakes in enumerate(programs):
-            if number % BETWEEN == 0 and thread_time() > self.stops_at:
+        with np.errstate(all="ignore"):  # a run that diverged
+            for number, (mistakes, run) in enumerate(zip(programs, runs, strict=True)):
+                pose = self._poses[run]
+                if run is not mistakes:
+                    for transform in self._program(mistakes).output_transforms:
+                        pose = transform(pose)
+                x[number], axes[number] = pose.x, pose.axes
+            errors = shells.residuals(x, axes, self.context.has_centre)
+        if len(programs) == 1:
+            self._last = programs[0], errors
+        return errors
+
+    def _simulate(self, runs: Sequence[Mistakes]) -> None:
+        """Simulate programs that are not known yet; those that are known are kept, as long as they are not too many."""
+        if len(self._poses) > MOST_POSES:
+            self._poses.clear()
+            self._programs = {(): self.context.program}
+        new = [run for run in dict.fromkeys(runs) if run not in self._poses]
+        for begin in range(0, len(new), BETWEEN):
+            if thread_time() > self.stops_at:
                 raise SearchStopped
-            pose = self._pose(mistakes)
-            x[number], axes[number] = pose.x, pose.axes
-        return shells.residuals(x, axes, self.context.has_centre)
+            some = new[begin : begin + BETWEEN]
+            poses = outputs([self._program(run) for run in some], self.shells.times, self.fineness)
+            self._poses.update(zip(some, poses, strict=True))
 
     def weights(self, programs: Sequence[Mistakes]) -> Array:
         """Return the information criterion of programs, without the cost of assumptions, (V,)."""
@@ -68,17 +93,10 @@ class Simulations:
             first = self._programs[mistakes[:-1]] = self._program(mistakes[:-1])
         return mistakes[-1].hypothesis.change(first, mistakes[-1].value)
 
-    def _pose(self, mistakes: Mistakes) -> Pose:
-        written = tuple(m for m in mistakes if m.hypothesis.part in OUTPUT_PARTS)
-        run = tuple(m for m in mistakes if m.hypothesis.part not in OUTPUT_PARTS) if written else mistakes
-        pose = self._poses.get(run)
-        if pose is None:
-            if len(self._poses) > 4000:
-                self._poses.clear()
-                self._programs = {(): self.context.program}
-            pose = self._poses[run] = self._program(run).output(self.shells.times, self.fineness)
-        if written:
-            with np.errstate(all="ignore"):
-                for transform in self._program(mistakes).output_transforms:
-                    pose = transform(pose)
-        return pose
+
+def _run_of(mistakes: Mistakes) -> Mistakes:
+    """Return those of the mistakes that change the run, and not only its output."""
+    for mistake in mistakes:
+        if mistake.hypothesis.part in OUTPUT_PARTS:
+            return tuple(m for m in mistakes if m.hypothesis.part not in OUTPUT_PARTS)
+    return mistakes
