@@ -39,7 +39,15 @@ from tumble.compare.grade.model.kernel.rates import (
 )
 from tumble.compare.grade.model.kernel.turning import turned
 from tumble.solver.compilation import borrowing, inlined
-from tumble.solver.quaternion import Quaternion, conjugate, normalise, product_vector, rotate, rotate_back
+from tumble.solver.quaternion import (
+    Quaternion,
+    conjugate,
+    normalise,
+    product,
+    product_vector,
+    rotate,
+    rotate_back,
+)
 from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
 # Steps while a force spins the body up, over the root of the radians and over `turn`.
@@ -91,14 +99,26 @@ def _unrotated(q: Quaternion, a: Vector) -> Vector:
 
 
 @borrowing
+def _in_file_axes(a: Vector, dynamics: Dynamics, is_divided: bool) -> Vector:
+    """Return a vector in the file's axes of the body times the inertia tensor, or divided by it.
+
+    The matrix of a quaternion that is not normalised is no product of two: so it is that of the file's axes.
+    """
+    there = rotate(dynamics.file_axes, a)
+    there = divided(there, dynamics.moments) if is_divided else times(dynamics.moments, there)
+    return rotate_back(dynamics.file_axes, there)
+
+
+@borrowing
 def _answered(q: Quaternion, torque: Vector, dynamics: Dynamics, stages: int) -> Vector:
     """Return J^-1 T with the inertia tensor in world axes of a stage whose quaternion is not normalised.
 
     J = M I M^T; or J^-1 is M I^-1 M^T.
     """
+    own = product(q, dynamics.file_axes)
     if stages == RAW:
-        return _unrotated(conjugate(q), divided(_unrotated(q, torque), dynamics.moments))
-    return rotate(q, divided(rotate_back(q, torque), dynamics.moments))
+        return _unrotated(conjugate(own), _in_file_axes(_unrotated(own, torque), dynamics, True))
+    return rotate(own, _in_file_axes(rotate_back(own, torque), dynamics, True))
 
 
 @borrowing
@@ -131,7 +151,8 @@ def _slope(state: Motion, dynamics: Dynamics, push: Push, scheme: Scheme, step: 
     a, alpha = accelerations(motion, dynamics, push)
     if stored == IN_WORLD and _is_raw(dynamics, scheme):
         torque = rotate(motion.q, times(dynamics.moments, alpha))
-        momentum = rotate(state.q, times(dynamics.moments, rotate_back(state.q, state.w_body)))
+        own = product(state.q, dynamics.file_axes)
+        momentum = rotate(own, _in_file_axes(rotate_back(own, state.w_body), dynamics, False))
         torque = add(torque, scale(dynamics.gyroscopic, cross(momentum, state.w_body)))
         alpha = rotate_back(motion.q, _answered(state.q, torque, dynamics, scheme.stages))
     elif stored != MOMENTUM or dynamics.gyroscopic == 0.0:
