@@ -182,7 +182,7 @@ def confused(job: tuple[int, int]) -> ConfusionRow:
     seen = noisy(random, planted, description.kind, scene.body.points, sigma)
     noise_m = root_mean_square(seen - planted)
     sample = SampledRows(times, seen, true, np.zeros((len(times), 3)), None)
-    diagnosis = diagnose(context, description, sample, scale_of(sample, scene, 0.0), search_s=SEARCH_S)
+    diagnosis = diagnose(context, description, sample, scale_of(sample, scene), search_s=SEARCH_S)
     named = [frozenset(SAME.get(name, name) for name in each.names) for each in (diagnosis.best, *diagnosis.alike)]
     right = frozenset(hypothesis.name for hypothesis in picked)
     return ConfusionRow(

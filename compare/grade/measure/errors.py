@@ -1,7 +1,7 @@
 """Errors of a trajectory against the reference: over all rows, a block at a time, and a subsample for the diagnosis."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -39,7 +39,7 @@ class SampledRows:
 
     times [s], (S,); vertices: in the file [m], (S, K, 3), scaled by a quaternion that is not of unit length; true:
     reference; half: shift of a vertex along each axis if every printed number is off by half a unit in its last digit
-    [m], (S, 3); spins: w in the file [rad/s], (S, 3), or None.
+    [m], (S, 3); spins: w in the file [rad/s], (S, 3), or None; resolution: of the reference [m], (S,), or None.
     """
 
     times: Array
@@ -47,14 +47,14 @@ class SampledRows:
     true: Array
     half: Array
     spins: Array | None
+    resolution: Array | None = None
 
     def __len__(self) -> int:
         return len(self.times)
 
     def some(self, rows: np.ndarray | slice) -> "SampledRows":
         """Return some of the rows."""
-        spins = None if self.spins is None else self.spins[rows]
-        return SampledRows(self.times[rows], self.vertices[rows], self.true[rows], self.half[rows], spins)
+        return SampledRows(*(None if each is None else each[rows] for each in self._arrays()))  # type: ignore[arg-type]
 
     def joined(self, other: "SampledRows") -> "SampledRows":
         """Return these rows followed by others."""
@@ -62,7 +62,7 @@ class SampledRows:
         return SampledRows(*(None if a is None or b is None else np.concatenate((a, b)) for a, b in pairs))  # type: ignore[arg-type]
 
     def _arrays(self) -> tuple[Array | None, ...]:
-        return self.times, self.vertices, self.true, self.half, self.spins
+        return self.times, self.vertices, self.true, self.half, self.spins, self.resolution
 
 
 class Subsampler:
@@ -221,7 +221,8 @@ def measure(trajectory: Trajectory, scene: Scene, on_progress: ProgressCallback 
         subsamplers = {worst_throw: _resampled(trajectory, scene, worst_throw)}
     diagnosed, sample = worst_throw, subsamplers[worst_throw].sample
     assert sample is not None
-    resolution_m = reference.resolution(diagnosed, sample.times, working)
+    resolution = reference.resolution(diagnosed, sample.times, working)
+    sample, resolution_m = replace(sample, resolution=resolution), float(resolution[-1])
     working.end()
     return Measured(
         description=description,
@@ -415,7 +416,7 @@ def _may_be_single(trajectory: Trajectory) -> bool:
     unrefuted = _unrefuted(trajectory)
     if QUATERNION[0] in trajectory.columns and unrefuted.keys() <= set(CENTRE):
         return any(one.is_telling for one in unrefuted.values())
-    return any(one.place for one in unrefuted.values())
+    return any(one.place or one.is_telling for one in unrefuted.values())
 
 
 def _unrefuted(trajectory: Trajectory) -> dict[str, Digits]:

@@ -106,11 +106,11 @@ class Reference:
 
     def resolution(
         self, throw: int, times: Array, on_progress: Callable[[float], object] = lambda share: None
-    ) -> float:
-        """Return the resolution of the reference [m]: that of the truth, and the kernel's distance from the truth.
+    ) -> Array:
+        """Return the resolution of the reference up to times [m], (T,): the truth's, and the kernel's distance from it.
 
-        times: increasing [s]; the truth is computed at a dozen of them; on_progress: called with the share of it that
-        is done.  Raises NoTruth.
+        times: increasing [s]; the truth is computed at a dozen of them, and the resolution up to another one is that up
+        to the next of these; on_progress: called with the share that is done.  Raises NoTruth.
         """
         some = np.unique(np.linspace(0, len(times) - 1, CERTIFIED).round().astype(int))
         asked = frozen_array(times[some])
@@ -120,7 +120,8 @@ class Reference:
         if not np.isfinite(true.vertices).all():
             raise NoTruth(f"the reference solution is known until {true.horizon:.6g} s: {true.why}")
         apart = self.vertices(throw, asked) - true.vertices[-len(asked) :, 0]
-        return float(true.resolution.max()) + float(np.linalg.norm(apart, axis=-1).max())
+        own = true.resolution[-len(asked) :, 0] + np.linalg.norm(apart, axis=-1).max(axis=-1)
+        return np.maximum.accumulate(own)[np.searchsorted(asked, times)]
 
     def _segments_of(self, throw: int) -> list[tuple[float, Array]]:
         """Return the time [s] and the state, (13,), at the start of each segment without impulses."""
