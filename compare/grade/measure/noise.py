@@ -4,8 +4,6 @@ Rows may be missing, as in a subsample: so the differences are divided ones, tim
 white noise as it is (Stoer and Bulirsch, "Introduction to Numerical Analysis" (2002), section 2.1.3).
 """
 
-from math import sqrt
-
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
@@ -16,6 +14,8 @@ from tumble.scenarios.frames import Array
 OF_CENTRE, OF_VERTICES, FEWEST = (4, 8), 8, 12
 # Intervals that differ by less than this share are equal.  No difference spans one of more row intervals.
 EQUAL, LONGEST = 1e-4, 3
+# Rows between which a body turns further [rad] look like noise.
+LARGEST_TURN = 1.0
 # Differences beyond this many medians are of an event, such as an impact.
 OUTLIER = 6.0
 # One plus the correlation of neighbouring differences, over that of white noise: noise and some motion have a higher
@@ -23,6 +23,8 @@ OUTLIER = 6.0
 LEAST, MOST = 0.36, 2.7
 # Noise is a third along the motion; of rows that show the physics at other times, as between its ticks, nearly all is.
 ALONG = 0.9
+# Rounding of what vertices make, over the size of the body, or over its distance.
+NEARLY, ROUNDING = 1e-9, 1e-12
 # A squared distance that is as good as 0 [m2].
 TINY = 1e-300
 # The standard deviation of normal deviations, over the median of their sizes.
@@ -30,12 +32,18 @@ OF_MEDIAN = 1.4826
 
 
 def white_noise_m(
-    times: Array, vertices: Array, events: Array, rounding_s: float = 0.0, are_independent: bool = False
+    times: Array,
+    vertices: Array,
+    points: Array,
+    events: Array,
+    rounding_s: float = 0.0,
+    are_independent: bool = False,
 ) -> float:
     """Return the standard deviation of a coordinate's white noise [m], 0 where rows do not show any.
 
-    times [s], (S,); vertices [m], (S, K, 3); events: times of impulses [s], which no difference spans; rounding_s: of
-    times; are_independent: each vertex was measured, so the noise of their mean is smaller.
+    times [s], (S,); vertices [m], (S, K, 3); points: the vertices from the centre of mass, axes of the body [m],
+    (K, 3); events: times of impulses [s], which no difference spans; rounding_s: of times; are_independent: each vertex
+    was measured, so the noise of their mean is smaller.
     """
     steps = np.diff(times)
     if len(steps) < FEWEST or not steps.min() > 0.0:
@@ -45,11 +53,30 @@ def white_noise_m(
     broken = (np.abs(steps - counts * usual) > EQUAL * usual + 2 * rounding_s) | (counts > LONGEST)
     broken |= np.isin(np.arange(len(steps)), np.searchsorted(times, events) - 1)
     times = np.concatenate(([0.0], np.cumsum(counts)))
-    centre, larger = vertices.mean(axis=1), sqrt(vertices.shape[1]) if are_independent else 1.0
-    for order in OF_CENTRE:
-        if noise_m := _noise_of(times, centre[:, None], broken, order):
-            return larger * noise_m
-    return _noise_of(times, vertices, broken, OF_VERTICES)
+    shares, is_centre = _shares_of_centre(points)
+    is_fast = _turn(vertices) > LARGEST_TURN
+    centre, larger = np.einsum("k,skj->sj", shares, vertices), 1.0 / np.linalg.norm(shares) if are_independent else 1.0
+    for order in OF_CENTRE if is_centre or not is_fast else ():
+        if (noise_m := _noise_of(times, centre[:, None], broken, order)) > ROUNDING * np.abs(vertices).max():
+            return float(larger * noise_m)
+    return 0.0 if is_fast else _noise_of(times, vertices, broken, OF_VERTICES)
+
+
+def _shares_of_centre(points: Array) -> tuple[Array, bool]:
+    """Return the shares of vertices that make the centre of mass, (K,), or else their mean; and whether they do."""
+    equations = np.vstack((points.T, np.ones(len(points))))
+    wanted = np.array((0.0, 0.0, 0.0, 1.0))
+    shares = np.array(np.linalg.lstsq(equations, wanted)[0], dtype=float)
+    is_centre = np.abs(equations @ shares - wanted).max() < NEARLY * max(1.0, np.abs(points).max())
+    return shares if is_centre else np.full(len(points), 1.0 / len(points)), bool(is_centre)
+
+
+def _turn(vertices: Array) -> float:
+    """Return how far the vertices, (S, K, 3), usually turn from one row to the next [rad], up to 2."""
+    levers = vertices - vertices.mean(axis=1, keepdims=True)
+    sizes = np.sqrt(np.square(levers[1:]).sum(axis=(1, 2)))
+    moves = np.sqrt(np.square(np.diff(levers, axis=0)).sum(axis=(1, 2)))
+    return float(np.median(moves / np.maximum(sizes, TINY)))
 
 
 def _noise_of(times: Array, places: Array, broken: np.ndarray, order: int) -> float:

@@ -80,7 +80,7 @@ def digits(cells: Iterable[str]) -> Digits:
         value = float(match[0])
         single = single and abs(value - _single(value)) <= 0.501 * last
     if constant:
-        return Digits(single=single)  # a constant shows no rounding
+        return Digits(single=single, longest=longest)  # a constant shows no rounding
     # Printed with fixed decimals, as by %.4f, the number of significant digits follows the size.
     fixed = len(places) == 1 and (ends or len(cells) >= FIXED)
     return Digits(min(places, default=0.0), figures if len(places) > 1 else Digits().figures, single, longest, fixed)

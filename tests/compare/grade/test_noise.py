@@ -12,6 +12,7 @@ from tumble.scenarios.read import read_scene
 from tumble.scenarios.truth import truth
 
 SCENE = read_scene("two-hits")
+POINTS = 0.3 * np.vstack((np.eye(3), -np.eye(3)))
 EVENTS = np.array([impulse.time for impulse in SCENE.impulses])
 
 
@@ -26,7 +27,9 @@ def test_noise_is_measured_whatever_the_motion(rows):
     times, vertices = flown(rows)
     noise = 1e-4 * np.random.default_rng(3).standard_normal(vertices.shape)
     # Of N differences, each of 5 rows, the median is known to some 2/sqrt(N coordinates).
-    assert white_noise_m(times, vertices + noise, EVENTS, are_independent=True) == pytest.approx(1e-4, rel=0.35)
+    assert white_noise_m(times, vertices + noise, SCENE.body.points, EVENTS, are_independent=True) == pytest.approx(
+        1e-4, rel=0.35
+    )
 
 
 def test_noise_is_measured_by_the_centre_of_a_body_that_rotates_fast():
@@ -34,10 +37,10 @@ def test_noise_is_measured_by_the_centre_of_a_body_that_rotates_fast():
     turn = rotation_matrix(np.column_stack((np.cos(40 * times), 0 * times, 0 * times, np.sin(40 * times))))
     places = times[:, None] * (1.0, 2.0, -3.0) + times[:, None] ** 2 * (0.0, -4.905, 0.0)
     noise = 1e-4 * np.random.default_rng(4).standard_normal(places.shape)
-    corners = np.einsum("tij,kj->tki", turn, 0.3 * np.vstack((np.eye(3), -np.eye(3))))
+    corners = np.einsum("tij,kj->tki", turn, POINTS)
     vertices = (places + noise)[:, None] + corners
-    assert white_noise_m(times, vertices, np.empty(0)) == pytest.approx(1e-4, rel=0.35)
-    assert white_noise_m(times, places[:, None] + corners, np.empty(0)) < 1e-12
+    assert white_noise_m(times, vertices, POINTS, np.empty(0)) == pytest.approx(1e-4, rel=0.35)
+    assert white_noise_m(times, places[:, None] + corners, POINTS, np.empty(0)) < 1e-12
 
 
 def test_a_subsample_shows_the_noise_of_all_rows():
@@ -45,7 +48,7 @@ def test_a_subsample_shows_the_noise_of_all_rows():
     noise = 1e-4 * np.random.default_rng(8).standard_normal(vertices.shape)
     some = golden_subsample(len(times), 400)
     assert len(np.unique(np.diff(some))) > 1
-    found = white_noise_m(times[some], (vertices + noise)[some], EVENTS, are_independent=True)
+    found = white_noise_m(times[some], (vertices + noise)[some], SCENE.body.points, EVENTS, are_independent=True)
     assert found == pytest.approx(1e-4, rel=0.35)
 
 
@@ -56,32 +59,34 @@ def test_rows_between_ticks_have_no_noise(rows, tick):
     ticks = truth(replace(SCENE, times=reached[1:]), with_input_error=False).vertices[:, 0]
     held = ticks[np.searchsorted(reached, times + 1e-9, side="right") - 1]
     some = golden_subsample(rows, 400)
-    assert white_noise_m(times[some], held[some], EVENTS) == 0.0
+    assert white_noise_m(times[some], held[some], SCENE.body.points, EVENTS) == 0.0
 
 
 def test_rounded_times_are_even():
     times, vertices = flown(240)
     noise = 1e-4 * np.random.default_rng(7).standard_normal((len(times), 1, 3))
     rounded = times.round(3)
-    assert white_noise_m(rounded, vertices + noise, EVENTS) == 0.0
-    assert white_noise_m(rounded, vertices + noise, EVENTS, rounding_s=5e-4) == pytest.approx(1e-4, rel=0.35)
+    assert white_noise_m(rounded, vertices + noise, SCENE.body.points, EVENTS) == 0.0
+    assert white_noise_m(rounded, vertices + noise, SCENE.body.points, EVENTS, rounding_s=5e-4) == pytest.approx(
+        1e-4, rel=0.35
+    )
 
 
 def test_motion_alone_is_no_noise():
-    assert white_noise_m(*flown(60), EVENTS) == 0.0
+    assert white_noise_m(*flown(60), SCENE.body.points, EVENTS) == 0.0
 
 
 def test_rows_half_a_turn_apart_are_no_noise():
     times = np.linspace(0.0, 1.0, 60)
     angle = 3.1 / times[1] * times
     places = np.column_stack((np.cos(angle), np.sin(angle), 0 * angle))
-    assert white_noise_m(times, places[:, None], np.empty(0)) == 0.0
+    assert white_noise_m(times, places[:, None], np.zeros((1, 3)), np.empty(0)) == 0.0
 
 
 def test_an_impulse_is_no_noise_and_hides_none():
     times, vertices = flown(200)
     noise = 1e-5 * np.random.default_rng(5).standard_normal(vertices.shape)
-    found = white_noise_m(times, vertices + noise, np.empty(0), are_independent=True)
+    found = white_noise_m(times, vertices + noise, SCENE.body.points, np.empty(0), are_independent=True)
     assert found == pytest.approx(1e-5, rel=0.35)
 
 
@@ -89,6 +94,24 @@ def test_too_few_or_uneven_rows_show_none():
     times, vertices = flown(200)
     random = np.random.default_rng(9)
     noisy = vertices + 1e-3 * random.standard_normal(vertices.shape)
-    assert white_noise_m(times[:15], noisy[:15], EVENTS) == 0.0
+    assert white_noise_m(times[:15], noisy[:15], SCENE.body.points, EVENTS) == 0.0
     uneven = np.sort(random.uniform(0.0, SCENE.duration, len(times)))
-    assert white_noise_m(uneven, noisy, EVENTS) == 0.0
+    assert white_noise_m(uneven, noisy, SCENE.body.points, EVENTS) == 0.0
+
+
+@pytest.mark.parametrize("points", [[(1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)], [(1.0, 0.0, 0.0), (0.6, 0.2, 0.1)]])
+def test_a_body_that_turns_far_from_row_to_row_has_no_noise(points):
+    """Where its vertices are is as good as random, and so is their mean, unless it is the centre of mass."""
+    turns = np.random.default_rng(6).uniform(0.0, np.pi, 41)
+    attitude = rotation_matrix(np.column_stack((np.cos(turns), 0.6 * np.sin(turns), 0 * turns, 0.8 * np.sin(turns))))
+    vertices = np.einsum("tij,kj->tki", attitude, points)
+    assert white_noise_m(0.02 * np.arange(41.0), vertices, np.array(points), np.empty(0)) == 0.0
+
+
+def test_the_centre_of_mass_shows_the_noise_wherever_the_vertices_are():
+    random, times = np.random.default_rng(11), 0.02 * np.arange(101.0)
+    points = np.array([(0.3, 0.1, 0.0), (0.2, -0.3, 0.1), (0.4, 0.1, 0.3), (-0.1, 0.2, 0.2), (0.5, 0.5, 0.5)])
+    attitude = rotation_matrix(np.column_stack((np.cos(40 * times), 0 * times, 0 * times, np.sin(40 * times))))
+    places = times[:, None] * (1.0, 2.0, -3.0) + 1e-4 * random.standard_normal((101, 3))
+    vertices = places[:, None] + np.einsum("tij,kj->tki", attitude, points)
+    assert white_noise_m(times, vertices, points, np.empty(0)) == pytest.approx(1e-4, rel=0.35)
