@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 
@@ -79,8 +80,8 @@ RIGHT_IF_ONE, RIGHT_IF_SEVERAL = 0.97, 0.94
 # that are called an explanation even so, or before all others were tried.
 MUCH_BY_SINGLE, MOST_IF_OPEN = 10.0, 2
 
-# Processor time after which a search stops [s].
-SEARCH_S = 2.0
+# Processor time after which a search stops [s], and that of the shortest one on a slow machine.
+SEARCH_S, SHORTEST_S = 2.0, 1.0
 # The tasks that take long: reading rows, the truth, the search.
 TASKS = 3
 
@@ -272,6 +273,7 @@ def grade(
     on_nearest: Callable[[Explanation], None] = lambda _: None,
     on_progress: ProgressCallback = no_progress,
     search_s: float = SEARCH_S,
+    answer_s: float = np.inf,
 ) -> Grade:
     """Grade one file.
 
@@ -287,6 +289,7 @@ def grade(
     on_nearest : called with the nearest engine scheme if none fits and a search begins
     on_progress : called with the shares of TASKS tasks
     search_s : processor time after which the search stops with the best explanation so far [s]
+    answer_s : processor time of this process in which the answer should be there [s]; a search is shortened for it
 
     Returns
     -------
@@ -305,16 +308,17 @@ def grade(
     sample, throw = measured.sample, measured.throw
     if scene.plane is not None:
         contact = grade_contact(trajectory, scene, measured, Reference(scene).first_contact(throw))
-        diagnosis, scale = None, scale_of(sample, scene, measured.resolution_m)
+        diagnosis, scale = None, scale_of(sample, scene)
         if contact.is_wrong_before:
             # The flight up to the first contact is that of a scene without the plane.
             sample = sample.some(contact.early)
             flight = replace(scene, plane=None, duration=float(sample.times[-1]))
             context = context_of(flight, throw, replace(measured, sample=sample))
-            scale = scale_of(sample, flight, measured.resolution_m)
+            scale = scale_of(sample, flight)
             single = measured.single, measured.single
+            left_s = search_time(search_s, answer_s)
             diagnosis = diagnose(
-                context, measured.description, sample, scale, *single, engines, on_nearest, searched, search_s
+                context, measured.description, sample, scale, *single, engines, on_nearest, searched, left_s
             )
         searched.end()
         return Grade(trajectory.name, scene, measured, diagnosis, "", scale, contact=contact)
@@ -333,8 +337,9 @@ def grade(
         elif has_centre and (drift := constant_drift(sample, points, scale.floors_m)) is not None:
             context = replace(context, drift=np.stack(drift))
         known = single, measured.single
+        left_s = search_time(search_s, answer_s)
         diagnosis = diagnose(
-            context, measured.description, sample, scale, *known, engines, on_nearest, searched, search_s
+            context, measured.description, sample, scale, *known, engines, on_nearest, searched, left_s
         )
     searched.end()
     program = diagnosis.program if diagnosis else context.program
@@ -350,6 +355,14 @@ def grade(
         decided_s=float(sample.times[-1]),
     )
     return graded.without_guesses()
+
+
+def search_time(search_s: float, answer_s: float) -> float:
+    """Return the processor time that a search may take [s]: less than asked for, if the answer would be late.
+
+    answer_s: processor time of this process in which the answer should be there [s].
+    """
+    return min(search_s, max(SHORTEST_S, answer_s - process_time()))
 
 
 def _leaves(diagnosis: Diagnosis, share: float) -> bool:
@@ -368,7 +381,7 @@ def compared(measured: Measured, context: Context) -> tuple[SampledRows, Residua
     error.  If the digits do not even show that the file is of single precision, it is not taken for the reason.
     """
     sample, scene = measured.sample, context.scene
-    scale = scale_of(sample, scene, measured.resolution_m)
+    scale = scale_of(sample, scene)
     if not measured.may_be_single:
         return sample, scale, False
     points = output_points(scene.body)[list(measured.description.vertices)]
@@ -381,17 +394,18 @@ def compared(measured: Measured, context: Context) -> tuple[SampledRows, Residua
     small = single_m <= LARGE_FLOOR * scale.size_m
     if small.all() or small.sum() < FEWEST:
         return sample, scale, True
-    return sample.some(small), scale_of(sample.some(small), scene, measured.resolution_m), True
+    return sample.some(small), scale_of(sample.some(small), scene), True
 
 
-def scale_of(sample: SampledRows, scene: Scene, resolution_m: float) -> ResidualScale:
+def scale_of(sample: SampledRows, scene: Scene) -> ResidualScale:
     """Return the scale that residuals are compared to.
 
     The floor is the root mean square of the printed digits, the resolution of the truth, and the kernel's own error.
     """
     size_m = float(np.ptp(scene.body.points, axis=0).max())
-    known_m2 = resolution_m**2 + (KERNEL_ERROR * size_m) ** 2
-    floors_m = np.sqrt((sample.half**2 + known_m2) / 3)
+    resolution = np.zeros(len(sample)) if sample.resolution is None else sample.resolution
+    known_m2 = resolution**2 + (KERNEL_ERROR * size_m) ** 2
+    floors_m = np.sqrt((sample.half**2 + known_m2[:, None]) / 3)
     return ResidualScale(independent(len(sample), sample.vertices.shape[1]), typical_floor(floors_m), size_m, floors_m)
 
 

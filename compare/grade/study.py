@@ -5,6 +5,7 @@ import os
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 
 from tumble.compare.grade.grade import SEARCH_S, TASKS, grade
@@ -35,6 +36,7 @@ def grade_file(
     shown: str | None = None,
     sensor: str | None = None,
     search_s: float = SEARCH_S,
+    answer_s: float = inf,
     on_measured: Callable[[str, Measured, Sequence[str]], object] = lambda name, measured, observed: None,
     on_nearest: Callable[[Explanation], object] = lambda nearest: None,
     on_readings: Callable[[str, Sequence[MeasuredReadings]], object] = lambda name, measured: None,
@@ -53,6 +55,7 @@ def grade_file(
     shown : what messages call the file; None: its path
     sensor : name of the sensor that readings are of; None: the scene's only one
     search_s : processor time after which the search for the cause of a wrong pose stops [s]
+    answer_s : processor time of this process in which the answer should be there [s]; a search is shortened for it
     on_measured : called with the file's name, the errors and the observations, before a search
     on_nearest : called with the nearest engine scheme if none fits and a search begins
     on_readings : called with the file's name and the errors of its readings, before a search
@@ -102,6 +105,7 @@ def grade_file(
                         on_nearest=on_nearest,  # type: ignore[arg-type]
                         on_progress=on_progress,
                         search_s=search_s,
+                        answer_s=answer_s,
                     )
                 if read_by is not None:
                     readings = grade_readings(

@@ -1,11 +1,11 @@
 """`tumble grade`: the error of a trajectory that some other program wrote, and its most likely cause."""
 
 import json
+import math
 import shlex
 import sys
 from argparse import Namespace
 from pathlib import Path
-from time import process_time
 
 from tumble.compare.grade.grade import SEARCH_S
 from tumble.compare.grade.read.columns import BadTrajectory
@@ -20,16 +20,8 @@ from tumble.reports.sensor_grade import file_text, first_reading_lines
 from tumble.reports.terminal import console
 from tumble.scenarios.read import read_scene
 
-# Processor time of an answer [s]; what all but the search takes, over what starting takes; the shortest search [s].
-ANSWER_S, ALL_BUT_SEARCH, LEAST_S = 2.92, 2.2, 1.0
-
-
-def search_time(asked_s: float | None, started_s: float) -> float:
-    """Return how long the search may take [s]: as long as asked, or so that an answer takes about 3 s.
-
-    started_s: processor time that this process took to start [s], which shows how slow the machine is.
-    """
-    return asked_s or min(SEARCH_S, max(LEAST_S, ANSWER_S - ALL_BUT_SEARCH * started_s))
+# Processor time of this process in which an answer should be there if no other time is asked for [s].
+ANSWER_S = 2.5
 
 
 def main(options: Namespace) -> int:
@@ -44,7 +36,8 @@ def main(options: Namespace) -> int:
         map_file=options.map_file,
         names=[name.strip() for name in options.columns.split(",")] if options.columns else (),
         sensor=options.sensor,
-        search_s=search_time(options.search, process_time()),
+        search_s=options.search or SEARCH_S,
+        answer_s=math.inf if options.search else ANSWER_S,
         on_measured=lambda name, measured, observed: show(first_lines(name, measured, observed)),
         on_nearest=lambda explanation: show([nearest_line(explanation)]),
         on_readings=lambda name, measured: show(first_reading_lines(name, measured)),

@@ -1,9 +1,12 @@
 """Mistakes with the start: not set, set in other axes, or different from the scene."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice
 from tumble.compare.grade.hypotheses.mistakes.axes import axis_names, signed_permutations
 from tumble.compare.grade.model.program_model import ProgramModel
@@ -11,6 +14,7 @@ from tumble.compare.grade.read.digits import vector_text
 from tumble.scenarios.frames import Array, quaternion_product, rotation_matrix
 
 POSITION, ATTITUDE, VELOCITY, SPIN = slice(0, 3), slice(3, 7), slice(7, 10), slice(10, 13)
+PLACES = {"start position": POSITION, "start attitude": ATTITUDE}
 # What becomes of a speed, and of an angular velocity, whose unit is mistaken or that is converted.
 SPEED_UNITS = {
     1 / 3.6: "m/s read as km/h",
@@ -58,25 +62,13 @@ def start(context: Context) -> Iterator[Hypothesis]:
     changes.append(("start-velocity-in-body-axes", "start velocity", text, VELOCITY, turn @ velocity))
     inverse = quaternion_product(INVERSE * attitude, INVERSE * file_axes)
     changes.append(("start-attitude-inverted", "start attitude", "start attitude inverted", ATTITUDE, inverse))
-    if first is not None:
-        x, q = first[:3], first[3:]
-        text = f"start position x = ({vector_text(x)}) m differs from the scene"
-        changes.append(("wrong-start-position", "start position", text, POSITION, x))
-        text = f"start attitude ({vector_text(quaternion_product(q, file_axes))}) differs from the scene"
-        changes.append(("wrong-start-attitude", "start attitude", text, ATTITUDE, q))
     for name, part, text, place, value in changes:
         if _differs(program.start[place], value, place):
-            taken = name.startswith("wrong")  # from the first row
-            in_file = quaternion_product(value, file_axes) if place == ATTITUDE else value
-            yield Hypothesis(
-                name,
-                part,
-                text,
-                _set(place, value),
-                unit="m" if taken and place == POSITION else "",
-                from_data=3 if taken else 0,
-                value=tuple(in_file.tolist()) if taken else (),
-            )
+            yield Hypothesis(name, part, text, _set(place, value))
+    if first is not None:
+        for place, value in ((POSITION, first[:3]), (ATTITUDE, first[3:])):
+            if _differs(program.start[place], value, place):
+                yield _from_the_file(program, place, value)
     if context.has_centre:
         size = float(np.linalg.norm(np.ptp(context.scene.body.points, axis=0)))
         yield Hypothesis(
@@ -91,6 +83,63 @@ def start(context: Context) -> Iterator[Hypothesis]:
         )
     yield from _in_other_units(program)
     yield from _in_other_axes(program)
+
+
+def _from_the_file(program: ProgramModel, place: slice, value: Array) -> Hypothesis:
+    """Return that the start position [m] or attitude is another one, a value that was taken from the file."""
+    in_file = quaternion_product(value, program.body.file_axes) if place == ATTITUDE else value
+    what = f"position x = ({vector_text(in_file)}) m" if place == POSITION else f"attitude ({vector_text(in_file)})"
+    part = "start position" if place == POSITION else "start attitude"
+    return Hypothesis(
+        f"wrong-{part}".replace(" ", "-"),
+        part,
+        f"start {what} differs from the scene",
+        _set(place, value),
+        unit="m" if place == POSITION else "",
+        from_data=3,
+        value=tuple(in_file.tolist()),
+    )
+
+
+def with_free_start(mistakes: Mistakes, size_m: float) -> Mistakes:
+    """Return mistakes in which a start that was taken from the first row, which has noise, may deviate from that.
+
+    The deviation is fitted: of the position [m], or of the attitude by a rotation vector [rad], world axes.
+    """
+    found = []
+    for one in mistakes:
+        if one.hypothesis.from_data and one.hypothesis.part in PLACES:
+            size = size_m if one.hypothesis.part == "start position" else 1.0
+            free = replace(one.hypothesis, change=_deviating(one.hypothesis), values=((0.0, 0.0, 0.0),), scale=size)
+            found.append(Mistake(free, (0.0, 0.0, 0.0)))
+        else:
+            found.append(one)
+    return tuple(found)
+
+
+def with_fixed_start(mistakes: Mistakes, program: ProgramModel) -> Mistakes:
+    """Return mistakes of `with_free_start` in which the start is as it was fitted; program: a right one."""
+    found = []
+    for one in mistakes:
+        if one.hypothesis.from_data and one.hypothesis.scale:
+            place, start = PLACES[one.hypothesis.part], one.hypothesis.change(program, one.value).start
+            found.append(Mistake(_from_the_file(program, place, start[place])))
+        else:
+            found.append(one)
+    return tuple(found)
+
+
+def _deviating(hypothesis: Hypothesis) -> Callable[[ProgramModel, Any], ProgramModel]:
+    """Return a change of the start to a deviation from that of a hypothesis."""
+    place = PLACES[hypothesis.part]
+
+    def change(program: ProgramModel, by: Any) -> ProgramModel:
+        changed = hypothesis.change(program, 0.0)
+        value, by = changed.start[place], np.array(by)
+        turned = quaternion_product(np.array((1.0, *(0.5 * by))), value) if place == ATTITUDE else value + by
+        return _set(place, turned / np.linalg.norm(turned) if place == ATTITUDE else turned)(changed, 0.0)
+
+    return change
 
 
 def _in_other_units(program: ProgramModel) -> Iterator[Hypothesis]:
