@@ -9,6 +9,8 @@ from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 
 # A value that differs from the right one by a smaller share was fitted to something else.
 NEARLY_RIGHT = 1e-4
+# So was a rate, over the largest one that is tried.
+NEARLY_NOTHING = 1e-6
 # Significant digits of a value that a person writes.
 PLAIN = 2
 
@@ -43,8 +45,9 @@ class Mistake(NamedTuple):
             right = np.array(hypothesis.values[0])
             near = NEARLY_RIGHT if right.any() else near
             return float(np.abs(self.value - right).max()) < near * hypothesis.scale
-        if hypothesis.unit == "s" and hypothesis.neutral == 0.0:
-            return abs(self.value) < NEARLY_RIGHT * max(map(abs, hypothesis.bounds))
+        if hypothesis.unit and hypothesis.neutral == 0.0:
+            share = NEARLY_RIGHT if hypothesis.unit == "s" else NEARLY_NOTHING
+            return abs(self.value) < share * max(map(abs, hypothesis.bounds))
         return not hypothesis.unit and abs(self.value - 1) < near
 
 

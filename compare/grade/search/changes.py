@@ -116,7 +116,7 @@ class Changes(Parts):
         scores = self._profiled([program for _, program in tried], slopes)
         likely = [tried[number][1] for number in best_of_each([kind.key for kind, _ in tried], scores)]
         detailed = [each for one in likely[:DETAILED] for each in self._proposals.with_details(one)]
-        likely = [*likely[:PLACED], *detailed, *self._damped(likely[:PLACED])]
+        likely = list(dict.fromkeys((*likely[:PLACED], *detailed, *self._damped(likely[:PLACED]))))
         scores = self._profiled(likely, slopes)
         found = self._best_fitted([likely[number] for number in np.argsort(scores, kind="stable")[:HOPEFUL]])
         without = [tuple(m for m in one if not m.hypothesis.vague) for one in found]

@@ -10,7 +10,13 @@ from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_PLACES, GYROS
 from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import NEAR, Context, Hypothesis
 from tumble.compare.grade.hypotheses.hypothesis import STEPS as STEPS_S
-from tumble.compare.grade.hypotheses.names import CLOCK_OFFSET, GYROSCOPIC_TERM_MISSING, SPIN_RECOVERED
+from tumble.compare.grade.hypotheses.names import (
+    CLOCK_OFFSET,
+    GYROSCOPIC_TERM_MISSING,
+    RARELY_NORMALISED,
+    RUNGE_KUTTA_4,
+    SPIN_RECOVERED,
+)
 from tumble.compare.grade.hypotheses.scheme_hypotheses import TURNED_ASIDE, SchemeHypotheses, Step
 from tumble.compare.grade.model.kernel.dynamics import AFTER_FORCES, AS_FORCE, LINEARLY
 from tumble.compare.grade.model.program_model import next_tick
@@ -37,6 +43,8 @@ OF_EXPLICIT = ("none", "explicit", "implicit", "rescaled", "momentum")
 STORED_EITHER_WAY = ("none", "explicit", "implicit", "rescaled")
 # Steps from one instant to the next at which events happen.
 STEPS_A_TICK = (1, 2, 4, 8)
+# Steps from one normalisation of a quaternion to the next that are tried with other details.
+RARE = (2, 5, 10, 20, 50, 60, 100)
 # Row intervals by which rows may be late.
 LATE = (-1, 1, 2, 3, 4, 5)
 DAMPED = ("linear damping", "angular damping")
@@ -97,6 +105,7 @@ class Proposals:
         self._place = {hypothesis: number for number, hypothesis in enumerate(hypotheses)}
         self._parts = {h.part: n for n, h in reversed(list(enumerate(hypotheses)))}
         self._recovered = next(h for h in hypotheses if h.name == SPIN_RECOVERED)
+        self._rarely = next(h for h in hypotheses if h.name == RARELY_NORMALISED)
         self._equal = float(np.ptp(context.program.moments)) == 0.0
 
     def ordered(self, mistakes: Sequence[Mistake]) -> Mistakes:
@@ -117,8 +126,8 @@ class Proposals:
         """
         taken = {m.hypothesis.part for m in mistakes}
         for hypothesis in (*self.hypotheses, *self._damping(mistakes)):
-            # Where in a step a limit acts is tried when there is one.
-            is_other = hypothesis.needs_steps and (STEPS not in taken or hypothesis.limits)
+            # Where in a step a limit or friction acts is tried when there is one.
+            is_other = hypothesis.needs_steps and (STEPS not in taken or hypothesis.limits or _is_placed(hypothesis))
             if hypothesis.part not in taken and not is_other and hypothesis not in but:
                 values = [Mistake(hypothesis, value) for value in first_values(hypothesis, run, every_value)]
                 yield hypothesis, [program for one in values for program in self._with(mistakes, one)]
@@ -193,11 +202,20 @@ class Proposals:
         return tuple(Mistake(self.schemes.step(other), m.value) if m is step else m for m in mistakes)
 
     def with_details(self, mistakes: Mistakes) -> Iterator[Mistakes]:
-        """Yield programs that take w from attitudes, look for events at other ticks, or write a step late or early."""
+        """Yield programs that take w from attitudes, look for events at other ticks, or write a step late or early.
+
+        Others normalise a quaternion of first order rarely, since that has no effect on other rotations.
+        """
+        is_rare = any(m.hypothesis.part == self._rarely.part for m in mistakes)
         is_on_time = not any(m.hypothesis.part == "clock offset" for m in mistakes)
         for own, step in self._own_step(mistakes):
             for sign in (1, -1) if is_on_time else ():
                 yield self.ordered((*mistakes, Mistake(self.schemes.late(sign).hypothesis, step.value)))
+            if own.normalise_every and not is_rare:
+                first_order = self._with_step(mistakes, step, replace(own, rotation="first order"))
+                for steps in RARE:
+                    rarely = Mistake(self._rarely, float(self._rarely.choices.index(str(steps))))
+                    yield self.ordered((*first_order, rarely))
             if not own.normalise_every and self._context.program.impulses:
                 yield self._with_step(mistakes, step, replace(own, is_unit_used=not own.is_unit_used))
             for number in STEPS_A_TICK:
@@ -237,8 +255,11 @@ class Proposals:
         """Yield each kind of scheme upon which the other mistakes can be put, wherever in its step they happen."""
         others = tuple(m for m in mistakes if m.hypothesis.part != STEPS)
         yield from self._in_steps(others, GYROSCOPIC, ROTATIONS)
+        classical = next((h for h in self._methods if h.name == RUNGE_KUTTA_4), None)
         for placed in self._with_other_variants(others):
             yield from self._in_steps(placed, PLAIN_GYROSCOPIC, PLAIN_ROTATIONS)
+            if classical is not None:  # of a step that cannot be seen otherwise
+                yield SchemeKind((classical, placed), placed, classical, 1)
         for hypothesis in self._methods:
             order = ORDERS.get(hypothesis.name, 1)
             # Quaternions of stages that are normalised, or taken for unit ones, leave an error of order 2.
@@ -318,6 +339,10 @@ class Proposals:
 
     def _has_tick(self, mistakes: Mistakes) -> bool:
         return any(m.hypothesis.part == "clock tick" for m in mistakes)
+
+
+def _is_placed(hypothesis: Hypothesis) -> bool:
+    return any(detail == "damping-place" for detail, _ in hypothesis.details)
 
 
 def first_values(hypothesis: Hypothesis, run: Run, every_value: bool = False) -> list:

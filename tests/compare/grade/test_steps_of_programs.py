@@ -3,10 +3,19 @@
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
+from pose_files import SKEWED, write_poses
 from programs import Program, fly, read, write
 
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, grade
+from tumble.compare.grade.grade import EXPLAINED_WHOLLY, context_of, grade
+from tumble.compare.grade.hypotheses.explanation import Mistake
+from tumble.compare.grade.hypotheses.mistakes import hypotheses
+from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
+from tumble.compare.grade.measure.errors import measure
+from tumble.compare.grade.model.program_model import FINE, correct_program
+from tumble.compare.grade.read.trajectory import Trajectory
+from tumble.compare.grade.search.proposals import Proposals
 from tumble.scenarios.read import read_scene, scene_path
 
 LOOP = {"method": "symplectic", "axes": "world", "turn": "quaternion", "until": 1.5}
@@ -48,3 +57,80 @@ def test_w_in_world_axes_that_turns_the_body_as_if_in_body_axes_is_named_upon_a_
     values = named(tmp_path, "two-hits", dt=1 / 240, every=4, wrong_side=True)
     assert values.keys() == {"angular-velocity-in-wrong-frame", "symplectic-euler"}
     assert values["symplectic-euler"] == pytest.approx(1 / 240)
+
+
+@pytest.mark.parametrize("axes", ["world", "momentum"])
+@pytest.mark.parametrize("stages", ["raw", "raw with R I^-1 R^T"])
+def test_the_matrix_of_a_stage_is_of_the_files_axes(tmp_path, stages, axes):
+    """Of a quaternion that is not normalised, it is not that of the principal axes times a rotation."""
+    (tmp_path / "skewed.toml").write_text(SKEWED)
+    values = named(
+        tmp_path, str(tmp_path / "skewed.toml"), method="rk4", stages=stages, axes=axes, dt=0.1, every=1, until=1.0
+    )
+    assert values == {"runge-kutta-4": pytest.approx(0.1)}
+
+
+def test_rows_too_dense_for_any_step_are_diagnosed(tmp_path):
+    """Of 12,001 rows, one of which is a tenth of a step of a program that is simulated: its spin is reversed."""
+    scene = read_scene("brick-tumble")
+    program = correct_program(scene, 0)
+    start = program.start.copy()
+    start[10:13] *= -1
+    pose = program.but(start=start).output(np.linspace(0.0, 3.0, 12_001), FINE)
+    found = grade(write_poses(tmp_path / "dense.csv", pose.times, pose.x, pose.q, form="%.8g"), scene, {}, search_s=0.1)
+    assert found.verdict == EXPLAINED_WHOLLY
+    assert "start-spin-reversed" in found.diagnosis.best.names
+
+
+def test_a_quaternion_that_is_normalised_rarely_is_tried_with_its_update(tmp_path):
+    """Only of one that is updated to first order does that show, so both are tried together, once."""
+    scene = read_scene("dzhanibekov")
+    pose = correct_program(scene, 0).output(np.arange(101) * 0.01, FINE)
+    file = write_poses(tmp_path / "right.csv", pose.times, pose.x, pose.q)
+    context = context_of(scene, 0, measure(Trajectory(file, scene, {}), scene))
+    proposals = Proposals(context, hypotheses(context))
+    step = Mistake(proposals.schemes.step(Step("explicit", "exponential", explicit=True)), 0.01)
+    every_ten = "quaternion normalised only every 10 steps"
+    [rarely] = [program for program in proposals.with_details((step,)) if every_ten in (m.text for m in program)]
+    [euler] = [m.text for m in rarely if m.text != every_ten]
+    assert euler.startswith("explicit Euler with a step of 0.01 s")
+    assert "quaternion updated to first order" in euler
+    assert all("only every" not in m.text for program in proposals.with_details(rarely) for m in {*program} - {*rarely})
+
+
+def test_friction_that_acts_at_the_end_of_each_step_is_named_with_the_step(tmp_path):
+    """In a step of any exact method, which only the friction shows."""
+    falling = SKEWED.replace("[body]", "gravity = [0.0, -9.81, 0.0]\n[body]").replace("[1.0, 2.0, -0.5]", "[0, 0, 0]")
+    (tmp_path / "falling.toml").write_text(falling)
+    scene = read_scene(str(tmp_path / "falling.toml"))
+    dt, friction, gravity = 0.002, 0.3, np.array((0.0, -9.81, 0.0))
+    x, v, places = scene.start[0, 0:3], scene.start[0, 7:10], []
+    for _ in range(501):
+        places.append(x)
+        x, v = x + dt * v + 0.5 * dt * dt * gravity, v + dt * gravity
+        v = v * (1 - friction * dt / np.linalg.norm(v))
+    q = np.tile(correct_program(scene, 0).output(np.zeros(1)).q, (51, 1))
+    found = grade(write_poses(tmp_path / "a.csv", np.arange(51) * 10 * dt, np.array(places[::10]), q), scene, {})
+    assert found.verdict == EXPLAINED_WHOLLY
+    values = {mistake.hypothesis.name: mistake.value for mistake in found.diagnosis.best.mistakes}
+    assert values == {"dry-friction": pytest.approx(friction), "runge-kutta-4": pytest.approx(dt)}
+
+
+def test_a_limit_is_named_with_the_step_by_which_it_is_exceeded(tmp_path):
+    """A fall at a limit is faster by what gravity adds in a step: a larger one in shorter steps is nearly the same."""
+    falling = SKEWED.replace("[body]", "gravity = [0.0, -9.81, 0.0]\n[body]").replace("[1.0, 2.0, -0.5]", "[0, 0, 0]")
+    (tmp_path / "falling.toml").write_text(falling)
+    scene = read_scene(str(tmp_path / "falling.toml"))
+    dt, cap, gravity = 0.004, 3.1, np.array((0.0, -9.81, 0.0))
+    x, v, places = scene.start[0, 0:3], scene.start[0, 7:10], []
+    for _ in range(251):
+        places.append(x)
+        x, v = x + dt * v + 0.5 * dt * dt * gravity, v + dt * gravity
+        v = v * min(1.0, cap / np.linalg.norm(v))
+    q = np.tile(correct_program(scene, 0).output(np.zeros(1)).q, (26, 1))
+    found = grade(
+        write_poses(tmp_path / "a.csv", np.arange(26) * 10 * dt, np.array(places[::10]), q), scene, {}, search_s=0.1
+    )
+    assert found.verdict == EXPLAINED_WHOLLY
+    values = {mistake.hypothesis.name: mistake.value for mistake in found.diagnosis.best.mistakes}
+    assert values == {"speed-cap": pytest.approx(cap), "runge-kutta-4": pytest.approx(dt)}

@@ -5,10 +5,12 @@ from itertools import product
 
 import numpy as np
 
+from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_PLACES
 from tumble.compare.grade.hypotheses.hypothesis import STEPS, Context, Hypothesis, choice, grid
 from tumble.compare.grade.hypotheses.names import GRAVITY_DELAYED, PYBULLET_DAMPING, SPIN_CAP
 from tumble.compare.grade.model.kernel.dynamics import (
     AS_FORCE,
+    BEFORE_FORCES,
     CAP_BEFORE,
     CAP_FORCED,
     CAP_MOVED,
@@ -234,22 +236,26 @@ def _other_drag(context: Context) -> Iterator[Hypothesis]:
             ("dry-angular-friction", "angular damping", "dry friction: alpha = -{} rad/s2 w/|w|", "rad/s2", fast_spin),
         )
     ):
-        if size:
-            yield Hypothesis(
-                name,
-                part,
-                text,
-                lambda program, rate, number=number: _dragged(program, number, rate),
-                tuple((size * rates).tolist()),
-                unit=unit,
-                neutral=0.0,
-                unlikely=RARER,
-            )
+        # Friction is often a function that is called in each step.
+        for place, where in DAMPING_PLACES.items() if size else ():
+            if place == AS_FORCE or (place != BEFORE_FORCES and name.startswith("dry")):
+                yield Hypothesis(
+                    name,
+                    part,
+                    text if place == AS_FORCE else f"{text}, {where}",
+                    lambda program, rate, number=number, place=place: _dragged(program, number, rate, place),
+                    tuple((size * rates).tolist()),
+                    unit=unit,
+                    neutral=0.0,
+                    details=() if place == AS_FORCE else (("damping-place", where),),
+                    unlikely=RARER,
+                    needs_steps=place != AS_FORCE,
+                )
 
 
-def _dragged(program: ProgramModel, number: int, rate: float) -> ProgramModel:
-    c0, c1, c2, c3 = (rate if place == number else old for place, old in enumerate(program.drag))
-    return program.but(drag=(c0, c1, c2, c3))
+def _dragged(program: ProgramModel, number: int, rate: float, place: int) -> ProgramModel:
+    c0, c1, c2, c3 = (rate if other == number else old for other, old in enumerate(program.drag))
+    return program.but(drag=(c0, c1, c2, c3), damping_place=place if place != AS_FORCE else program.damping_place)
 
 
 def _brakes(context: Context) -> Iterator[Hypothesis]:

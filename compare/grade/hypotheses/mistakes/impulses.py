@@ -89,7 +89,7 @@ def _lasting(context: Context) -> Iterator[Hypothesis]:
     left_s = context.duration - min(impulse.time for impulse in context.program.impulses)
     if left_s <= 0:
         return
-    short, long = 0.002 * left_s, 0.1 * left_s
+    short, long = 2e-4 * left_s, 0.1 * left_s
     for motion, where in LEVER_MOTIONS.items():
         yield Hypothesis(
             "impulse-as-force",

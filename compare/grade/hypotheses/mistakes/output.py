@@ -126,20 +126,20 @@ def _with_offset(point: Array) -> OutputTransform:
 
 
 def _length_units(context: Context) -> Iterator[Hypothesis]:
-    """Yield that lengths are in another unit than the column name says."""
+    """Yield that lengths are in another unit than the column name says, or of vertices only how far the centre is."""
     names, sizes = tuple(UNITS), tuple(UNITS.values())
-    whole = context.kind == "vertices"
 
-    def written(number: float) -> OutputTransform:
+    def written(number: float, whole: bool) -> OutputTransform:
         size = sizes[int(number)]
         return lambda pose: pose._replace(x=size * pose.x, axes=size * pose.axes if whole else pose.axes)
 
-    if context.has_centre:
+    for whole in () if not context.has_centre else (True, False) if context.kind == "vertices" else (False,):
+        of_the_centre = "" if whole or context.kind != "vertices" else " of the centre"
         yield Hypothesis(
             "wrong-length-unit",
             "unit",
-            "positions in the wrong unit: {}",
-            lambda program, number: with_output_transform(program, written(number)),
+            f"positions{of_the_centre} in the wrong unit: {{}}",
+            lambda program, number, whole=whole: with_output_transform(program, written(number, whole)),
             choice(len(names)),
             names,
         )

@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice, grid
-from tumble.compare.grade.hypotheses.names import SPIN_RECOVERED, VELOCITY_IN_BODY_AXES
+from tumble.compare.grade.hypotheses.names import RARELY_NORMALISED, SPIN_RECOVERED, VELOCITY_IN_BODY_AXES
 from tumble.compare.grade.model.kernel.dynamics import (
     ALONG_SCREW,
     EXPLICIT,
@@ -71,17 +71,25 @@ def steps(context: Context) -> Iterator[Hypothesis]:
     PyBullet's default body and MuJoCo's Euler do, or with an implicit gyroscopic term.  In a symplectic step, w in body
     axes and w in world axes are the same, since the body rotates about it.
     """
-    if _longest(context) * MOST_KNOWN_STEPS < context.duration:
-        return  # rows are too dense to simulate a step between them
-    if context.kind != "pose":
+    is_dense = _longest(context) * MOST_KNOWN_STEPS < context.duration  # to simulate a step between rows takes too long
+    if context.kind != "pose" and not is_dense:
         shears = "explicit Euler on the rotation matrix with a step of {} s: the shape is not rigid"
         yield _euler(context, "matrix-euler", shears, MATRIX, EXPLICIT, MOMENTUM)
-    yield from _methods(context)
+    if not is_dense:
+        yield from _methods(context)
+    yield from _details(context)
+    if not is_dense:
+        yield from _position_updates(context)
+        yield from velocity_axes(context)
+
+
+def _details(context: Context) -> Iterator[Hypothesis]:
+    """Yield details that a step of any method may have."""
     for is_unit_used, where in ((False, ""), (True, ", and where an impulse acts"))[
         : 1 + bool(context.program.impulses)
     ]:
         yield Hypothesis(
-            "quaternion-rarely-normalised",
+            RARELY_NORMALISED,
             "normalisation",
             f"quaternion normalised only every {{}} steps{where}",
             lambda program, number, is_unit_used=is_unit_used: program.but(
@@ -98,8 +106,6 @@ def steps(context: Context) -> Iterator[Hypothesis]:
         lambda program, _: program.but(scheme=program.scheme._replace(recovers=True)),
         needs_steps=True,
     )
-    yield from _position_updates(context)
-    yield from velocity_axes(context)
 
 
 def _methods(context: Context) -> Iterator[Hypothesis]:
