@@ -55,6 +55,8 @@ VALUED, VAGUE = 0.85, 0.5
 
 # Two programs leave nearly the same if their largest squares differ by no more than this factor.
 ALIKE_SQUARES = 9.0
+# Parts of a program of which any value is as good as a free translation.
+TRANSLATION = ("start velocity", "gravity")
 # Scores of what is left that differ by less are of the same motion, if one program has the other one's mistakes.
 SAME = 0.1
 
@@ -81,7 +83,7 @@ class CausalSearch(Changes):
     """Searches for the mistakes of the program that wrote some rows; is_double: it is of double precision."""
 
     def __init__(self, evaluator: Evaluator, is_double: bool = False) -> None:
-        super().__init__(evaluator, evaluator.scale if is_double else evaluator.search_scale)
+        super().__init__(evaluator, evaluator.double_scale if is_double else evaluator.search_scale)
         self._evaluator, self._is_double = evaluator, is_double
         self._single: dict[float, list[Candidate]] = {}
         self.is_stopped = False
@@ -109,13 +111,14 @@ class CausalSearch(Changes):
                 until = self._next_part(before, pool[0].mistakes)
                 self._begin(until)
                 begun = [c.mistakes for c in _distinct(pool)[:KEPT]]
-                single = _distinct(self._single.get(until, []))
+                # A free translation is as good as a start velocity or an acceleration of any size.
+                single = _distinct([c for c in self._single.get(until, []) if not _is_free_translation(c)])
                 whole = self._fitted(()).score
                 nearly, half = ([c.mistakes for c in single if c.score < share * whole] for share in (NEARLY, HALF))
                 then = [c.mistakes for c in single[:SINGLE]]
                 others = filter(self._turns, dict.fromkeys((*half[:KEPT], *then)))
                 pool = self._explored([*begun, *nearly[:KEPT], ()], chain(self._same_before(begun[0], before), others))
-                if not pool[0].is_whole or any(m.hypothesis.vague for m in pool[0].mistakes):
+                if not pool[0].is_whole or _is_vague(pool[0]):
                     pool = self._named(pool, then)
                 before = until
         except SearchStopped:
@@ -453,6 +456,14 @@ def _new_ones(programs: Iterable[Mistakes], known: Container[Mistakes], best: Mi
 
 def _apart_from_steps(mistakes: Mistakes) -> Mistakes:
     return tuple(m for m in mistakes if m.hypothesis.part != STEPS)
+
+
+def _is_vague(candidate: Candidate) -> bool:
+    return any(m.hypothesis.vague for m in candidate.mistakes)
+
+
+def _is_free_translation(candidate: Candidate) -> bool:
+    return any(m.hypothesis.vague and m.hypothesis.part in TRANSLATION for m in candidate.mistakes)
 
 
 def _by_rank(candidate: Candidate) -> float:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from functools import cached_property
 from itertools import product, takewhile
 from math import exp, log
 from time import thread_time
@@ -10,6 +11,7 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_FORMS, DAMPING_PLACES, GYROSCOPIC, ROTATION
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes, with_value
+from tumble.compare.grade.hypotheses.mistakes.start import with_fixed_start, with_free_start
 from tumble.compare.grade.hypotheses.names import ANGULAR_DAMPING, LINEAR_DAMPING
 from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
 from tumble.compare.grade.measure.significance import EXPLAINED
@@ -27,8 +29,12 @@ LARGER, HIDDEN = 1.5, 0.5
 NEARLY = 1.5
 # A value that a person wrote is likelier than any other: it may leave more.
 LARGER_IF_PLAIN = 3.0
-# Significant digits of a value that a person wrote.
-FEW_DIGITS = (1, 2, 3, 4)
+# Significant digits of a value that a person wrote, and the largest share of values that are as near to one by chance.
+FEW_DIGITS, CHANCE = (1, 2, 3, 4), 0.03
+# A factor that differs from 1 by less may make up for the rounding of short steps.
+SUSPECT = 1e-2
+# Twice the logarithm of the likelihood that a plainer value may leave less of, beside noise.
+NOISIER = 4.0
 # Other programs that are simulated finely.
 ALTERNATIVES = 16
 # Largest number of steps after which something happens.
@@ -47,9 +53,11 @@ class Closing:
         self._stops_at = stops_at
         self._search.stop_at(stops_at)
 
-    def _is_late(self) -> bool:
-        self.is_stopped = self.is_stopped or thread_time() > self._stops_at
-        return self.is_stopped
+    def is_late(self) -> bool:
+        """Return whether it is time to stop."""
+        is_late = thread_time() > self._stops_at
+        self.is_stopped = self.is_stopped or is_late
+        return is_late
 
     def simplified(self, best: Explanation) -> Explanation:
         """Return an explanation of everything without what has no effect, and with plain values."""
@@ -58,6 +66,35 @@ class Closing:
         simple = self._without_mistakes(simple)
         simple = self._without_details(simple)
         return replace(simple, plain_cost=max(0.0, simple.weight - best.weight))
+
+    def refined(self, best: Explanation) -> Explanation:
+        """Return an explanation of nearly everything with values fitted to all rows, as precisely as the digits allow.
+
+        The search fits them only to what single precision, which the program may have, and its coarse simulations leave
+        open.  What is then left may be the rounding of a program in very short steps.
+        """
+        program, size_m = self._evaluator.context.program, self._evaluator.scale.size_m
+        try:
+            refitted = with_fixed_start(self._precise_search.refitted(with_free_start(best.mistakes, size_m)), program)
+            others = [*self._limited_in_other_steps(refitted), *self._plainer_damping(refitted)]
+            others = self._precise_search.closest(others, 1)
+        except SearchStopped:
+            self.is_stopped = True
+            return best
+        best = min((best, *map(self._evaluator.explain, (refitted, *others))), key=lambda each: each.weight)
+        return best if best.is_whole else self._evaluator.in_short_steps(best)
+
+    def _limited_in_other_steps(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+        """Yield programs with a plainer limit and another step: by how much a speed exceeds a limit depends on both."""
+        step = next((m for m in mistakes if m.hypothesis.part == STEPS), None)
+        for limit in (m for m in mistakes if m.hypothesis.limits and step):
+            for plainer in self._plainer(mistakes, limit):
+                for length in self._evaluator.context.parts:
+                    yield tuple(m._replace(value=length) if m is step else m for m in plainer)
+
+    @cached_property
+    def _precise_search(self) -> CausalSearch:
+        return CausalSearch(self._evaluator, is_double=True)
 
     def alternatives(self, best: Explanation) -> list[Explanation]:
         """Return explanations of everything that are one change away from one, or two of its mistakes made one.
@@ -75,18 +112,26 @@ class Closing:
 
     def _explained(self, several: Iterable[Mistakes]) -> Iterator[Explanation]:
         """Yield what mistakes leave of all rows, until time is up."""
-        return (self._evaluator.explain(mistakes) for mistakes in takewhile(lambda _: not self._is_late(), several))
+        return (self._evaluator.explain(mistakes) for mistakes in takewhile(lambda _: not self.is_late(), several))
 
     def is_as_good(self, other: Explanation, best: Explanation, larger: float = LARGER) -> bool:
-        """Whether another explanation is within the floor too, and not larger as far as can be seen there."""
+        """Whether another explanation is within the floor too, and not larger as far as can be seen there.
+
+        Of one that leaves noise, whether it leaves noise too, and is no less likely.
+        """
+        if best.is_noise:
+            return other.is_whole and other.weight <= best.weight
         return is_no_larger(other, best, larger, self._evaluator.scale.floor_m)
 
     def _is_as_plain(self, other: Explanation, best: Explanation) -> bool:
-        """Whether another explanation, with a plainer value, is nearly as good, or hidden in single precision.
+        """Whether another explanation, with a plainer value, is nearly as good, or hidden in noise or single precision.
 
         That rounds the factor of a damping always in the same way, and a fitted value makes up for it.
         """
-        return self.is_as_good(other, best, LARGER_IF_PLAIN) or is_hidden(other, best)
+        if best.is_noise:
+            return other.is_whole and other.weight <= best.weight + NOISIER
+        as_good = self.is_as_good(other, best, LARGER_IF_PLAIN) or is_hidden(other, best)
+        return as_good or is_rounded(other, best)
 
     def _without_mistakes(self, best: Explanation) -> Explanation:
         """Return an explanation without mistakes that have no effect, alone or with what its step does at ticks."""
@@ -98,7 +143,10 @@ class Closing:
             except SearchStopped:
                 self.is_stopped = True
                 return best
-            best = next((fewer for fewer in self._explained(refitted) if self.is_as_good(fewer, best)), best)
+            others = list(self._explained(refitted))
+            if mistake.is_nearly_right(SUSPECT):
+                others = [self._evaluator.in_short_steps(fewer) for fewer in others]
+            best = next((fewer for fewer in others if self.is_as_good(fewer, best)), best)
         return best
 
     def _with_plain_ticks(self, mistakes: Mistakes) -> Mistakes:
@@ -109,7 +157,7 @@ class Closing:
         return self._with_step(mistakes, step, replace(own, steps_a_tick=1)) if step and own else mistakes
 
     def _plain(self, best: Explanation) -> Explanation:
-        """Return an explanation with the plainest values that fit as well."""
+        """Return an explanation of everything with the plainest values that fit as well."""
         for mistake in best.mistakes:
             hypothesis = mistake.hypothesis
             if hypothesis.fitted and hypothesis.part != STEPS and not hypothesis.scale and not hypothesis.details:
@@ -180,7 +228,7 @@ class Closing:
                 for other in others
                 if other not in (kept, "none")
             )
-            if kept and all(self.is_as_good(each, best) for each in tried) and not self._is_late():
+            if kept and all(self.is_as_good(each, best) for each in tried) and not self.is_late():
                 own = replace(own, **{detail: ""})
         return self._evaluator.explain(self._with_step(best.mistakes, step, own))
 
@@ -201,6 +249,25 @@ def is_no_larger(other: Explanation, best: Explanation, larger: float, floor_m: 
 def is_hidden(other: Explanation, best: Explanation) -> bool:
     """Whether single precision, which the best explanation needs too, hides what another one leaves."""
     return not needs_no_single(best, other) and other.in_floors <= HIDDEN
+
+
+def is_rounded(other: Explanation, best: Explanation) -> bool:
+    """Whether another explanation is the best one in plainer values, which single precision allows for.
+
+    Its values have so few digits that others are hardly as near to such ones by chance.
+    """
+    values = {m.hypothesis.name: m.value for m in best.fitted if not m.hypothesis.scale}
+    plainer = {m.hypothesis.name: m.value for m in other.mistakes if m.hypothesis.name in values}
+    is_plainer = other.names == best.names and other.odd_values < best.odd_values
+    if not is_plainer or not other.within_floor or needs_no_single(best, other):
+        return False
+    return all(_chance(values[name], plain) <= CHANCE for name, plain in plainer.items())
+
+
+def _chance(value: float, plain: float) -> float:
+    """Return the share of values that are as near as this one to any of as few significant digits as a plain one."""
+    digits = next((n for n in FEW_DIGITS if _in_digits(plain, n) == plain), None)
+    return abs(plain - value) / abs(value) * 10.0**digits if value and digits else float(plain != value)
 
 
 def needs_no_single(one: Explanation, other: Explanation) -> bool:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, takewhile
 from time import thread_time
 
 import numpy as np
@@ -13,7 +13,7 @@ from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.compare.grade.search.causal import CausalSearch
-from tumble.compare.grade.search.closing import LARGER, Closing, is_hidden, is_no_larger, needs_no_single
+from tumble.compare.grade.search.closing import LARGER, Closing, is_hidden, is_no_larger, is_rounded, needs_no_single
 from tumble.compare.grade.search.engine_search import EngineSearch
 from tumble.compare.grade.search.evaluator import Evaluator
 
@@ -26,11 +26,13 @@ LEAST_HELP, MUCH_HELP = 1.1, 1.5
 CLEARLY = 2.0
 # Residuals that differ by a smaller share are of the same motion.
 SAME_MOTION = 1e-6
+# Explanations that leave too much whose values are fitted to all rows, of the best.
+REFINED = 2
 # How often others as good as the best one are looked for, and how many of the better ones are simplified.
 ROUNDS, SIMPLIFIED = 3, 2
 # Share of the processor time after which nothing new is searched for, and the least share in which what was found is
 # simplified and compared with others.
-SEARCHED, CLOSED = 0.9, 0.2
+SEARCHED, CLOSED = 0.9, 0.12
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,10 +106,13 @@ def diagnosed(
             explained += engine_search.short_defaults(thread_time() + least_s)
             explained += map(evaluator.explain, search.alone[:FINALISTS])
     explained.sort(key=by_weight)
-    explained += _of_double(evaluator, explained, max(begun_at + SEARCHED * search_s, thread_time() + least_s))
+    explained += _of_double(evaluator, explained, begun_at + SEARCHED * search_s, least_s)
     explained.sort(key=by_weight)
     closing.stop_at(max(begun_at + search_s, thread_time() + least_s))
-    explained = _with_parts(evaluator, _closed(explained, closing))
+    if not explained[0].within_floor:
+        explained += [closing.refined(each) for each in explained[:REFINED] if each.mistakes]
+        explained.sort(key=by_weight)
+    explained = _with_parts(evaluator, _closed(explained, closing, least_s), closing)
     closing.stop_at(np.inf)
     evaluator.trials += search.trials
     ranked = _ranked(evaluator, null, explained)
@@ -120,28 +125,41 @@ def _clearly_better(explained: Sequence[Explanation], null: Explanation) -> list
     return [each for each in explained if each.within_floor and each.in_common <= null.in_common / CLEARLY]
 
 
-def _of_double(evaluator: Evaluator, explained: Sequence[Explanation], stops_at: float) -> list[Explanation]:
+def _of_double(
+    evaluator: Evaluator, explained: Sequence[Explanation], stops_at: float, least_s: float
+) -> list[Explanation]:
     """Return explanations by programs of double precision that leave only what the digits allow.
 
-    They are sought if the digits do not show that the program is of single precision, and that would explain the rest.
+    They are sought if the digits do not show that the program is of single precision, and that would explain the rest;
+    or the search took that for granted, and more is left.  stops_at: processor time [s]; least_s: of the first case.
     """
     best = next((each for each in explained if each.within_floor), None)
-    if evaluator.is_known or best is None or best.in_digits <= EXPLAINED:
+    if best is not None:
+        stops_at = max(stops_at, thread_time() + least_s)
+    elif explained[0].in_common <= EXPLAINED and not explained[0].is_noise:
+        best = explained[0]
+    if evaluator.is_known or best is None or best.in_digits <= EXPLAINED or thread_time() > stops_at:
         return []
     search = CausalSearch(evaluator, is_double=True)
-    found = search.beyond(best.mistakes, stops_at)
-    if not found[0].is_whole:
+    is_vague = any(m.hypothesis.vague for m in best.mistakes)
+    found = [] if is_vague else search.beyond(best.mistakes, stops_at)
+    if not (found and found[0].is_whole):
         found = search.candidates(stops_at)
     every = [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
-    return [each for each in every if each.in_digits <= EXPLAINED]
+    return [each for each in every if each.in_digits <= EXPLAINED or each.is_noise]
 
 
-def _closed(explained: Sequence[Explanation], closing: Closing) -> list[Explanation]:
-    """Return explanations, best first, with those of everything simplified, and others that are as good as these."""
-    whole = [closing.simplified(each) for each in explained if each.within_floor]
+def _closed(explained: Sequence[Explanation], closing: Closing, least_s: float) -> list[Explanation]:
+    """Return explanations, best first, with those of everything simplified, and others that are as good as these.
+
+    least_s: processor time that the best one is given to be simplified, if none is left [s].
+    """
+    whole = [each for each in explained if each.within_floor]
     if not whole:
-        return list(explained)
-    others: list[Explanation] = []
+        noise = [each for each in explained if each.is_noise][:SIMPLIFIED]
+        return [*map(closing.simplified, noise), *(each for each in explained if each not in noise)]
+    simple = [closing.simplified(each) for each in takewhile(lambda _: not closing.is_late(), whole)]
+    whole, others = [*simple, *whole[len(simple) :]], list[Explanation]()
     for _ in range(ROUNDS):
         best = min(whole, key=by_weight)
         # The values of a simplified one are plain, so another one with the same mistakes is no better.
@@ -149,20 +167,25 @@ def _closed(explained: Sequence[Explanation], closing: Closing) -> list[Explanat
         others += [each for each in closing.alternatives(best) if _hypotheses(each) not in known]
         better = sorted((each for each in others if each.weight < best.weight), key=by_weight)
         others = [each for each in others if each not in better]
-        whole += [closing.simplified(each) for each in better[:SIMPLIFIED]] + better[SIMPLIFIED:]
-        if min(whole, key=by_weight).names <= best.names:
+        simple += (simpler := [closing.simplified(each) for each in better[:SIMPLIFIED]])
+        whole += [*simpler, *better[SIMPLIFIED:]]
+        if closing.is_late() or min(whole, key=by_weight).names <= best.names:
             break
+    if (best := min(whole, key=by_weight)) not in simple or closing.is_stopped:
+        closing.stop_at(thread_time() + least_s)
+        whole.append(closing.simplified(best))
     return [*whole, *others, *(each for each in explained if not each.within_floor)]
 
 
-def _with_parts(evaluator: Evaluator, explained: Sequence[Explanation]) -> list[Explanation]:
+def _with_parts(evaluator: Evaluator, explained: Sequence[Explanation], closing: Closing) -> list[Explanation]:
     """Return explanations and, of those of a part of the error, those with fewer and fewer of their mistakes.
 
     What a search has added last may explain nothing but what something unknown leaves.
     """
     found = {each.names: each for each in explained}
-    for explanation in [] if any(each.is_whole for each in explained) else explained[:FINALISTS]:
-        part = explanation
+    for number, part in enumerate([] if any(each.is_whole for each in explained) else explained[:FINALISTS]):
+        if number and closing.is_late():
+            break
         while len(part.mistakes) > 1:
             fewer = [evaluator.explain(some) for some in combinations(part.mistakes, len(part.mistakes) - 1)]
             part = min(fewer, key=lambda each: each.weighted_rms_m)
@@ -209,7 +232,11 @@ def _as_good(evaluator: Evaluator, ranked: Sequence[Explanation]) -> list[Explan
     if not first.within_floor or first.in_digits <= EXPLAINED:
         return []
     floor_m = evaluator.scale.floor_m
-    return [each for each in ranked if is_no_larger(each, first, LARGER, floor_m) or is_hidden(each, first)]
+    return [
+        each
+        for each in ranked
+        if is_no_larger(each, first, LARGER, floor_m) or is_hidden(each, first) or is_rounded(each, first)
+    ]
 
 
 def _best(evaluator: Evaluator, first: Explanation, as_good: Sequence[Explanation]) -> Explanation:

@@ -29,10 +29,13 @@ USUAL_STEPS = 4
 # A residual of so many floors, of the digits or of single precision, is only the error of the two simulations if it is
 # at most this share of what no mistake leaves.
 NEARLY_DIGITS, NEARLY_SINGLE, SMALL_SHARE = 4.0, 3.0, 1e-3
-# Noise of a coordinate that is no rounding, over the floor.
-NOISY = 1.0
+# Noise of a coordinate that is no rounding, over the floor; and residuals of vertices that may be noise, over that of
+# the centre, since the attitude may have more.
+NOISY, MOST_NOISE = 1.0, 100.0
 # Steps in a row interval that a program may take.
 PARTS = 200
+# Steps in a row interval of programs whose steps are too short to be seen but for their rounding, and the shortest [s].
+SHORT_STEPS, SHORTEST_S = (50, 100, 200), 2e-4
 
 
 class Evaluator:
@@ -57,28 +60,30 @@ class Evaluator:
         self.rows, self.points, self.single, self.is_known = sample, points, single, is_known
         self.trials = 0
         self._costs: dict[tuple[Hypothesis, bool], float] = {}
-        scale = self._with_single(stepwise(context.program, context.spacing_s / USUAL_STEPS))
         events = np.array([impulse.time for impulse in context.program.impulses])
         noise_m = white_noise_m(
-            sample.times, sample.vertices, events, context.program.rounding, context.kind == "vertices"
+            sample.times, sample.vertices, points, events, context.program.rounding, context.kind == "vertices"
         )
         # Rounding is noise too, of a floor at most.
         self._noise_m = noise_m if noise_m > NOISY * self.scale.floor_m else 0.0
-        self.search_scale = scale.with_noise(self._noise_m)
+        self.double_scale = self.scale.with_noise(self._noise_m)
+        usual = stepwise(context.program, context.spacing_s / USUAL_STEPS)
+        self.search_scale = self._with_single(usual).with_noise(self._noise_m)
 
-    def explain(self, mistakes: Mistakes) -> Explanation:
+    def explain(self, mistakes: Mistakes, unseen_step_s: float = 0.0) -> Explanation:
         """Return what mistakes leave of all rows, finely simulated.
 
         If the program may be of single precision, it is of what makes the residual more likely, that or double.
+        unseen_step_s: of a program whose steps have no effect but their rounding [s]; 0 for usual short steps.
         """
         self.trials += 1
         program = self.program_with(mistakes)
         errors = self._errors(program)
-        scale = self._with_single(program)
+        scale = self._with_single(program, unseen_step_s)
         rms_m = root_mean_square(errors)
         in_floors, in_digits, in_common = (each.in_floors(errors) for each in (scale, self.scale, self.search_scale))
         # Rows with as much noise are as precise, whatever their floors.
-        known, noisy = (each.with_noise(self._noise_m) for each in (self.scale, scale))
+        known, noisy = self.double_scale, scale.with_noise(self._noise_m)
         in_noise = noisy.in_floors(errors)
         weights = noisy.weight(in_noise, self._vagueness(scale)), known.weight(known.in_floors(errors), 0.0)
         with np.errstate(all="ignore"):  # a run that diverged
@@ -94,6 +99,7 @@ class Evaluator:
             within_floor=within_floor,
             is_noise=not within_floor
             and scale.is_noise(rms_m, max_m, correlation, len(errors) - 1)
+            and (not self._noise_m or rms_m <= MOST_NOISE * self._noise_m)
             and is_even(errors)
             and not spares_rows(errors, scale.floors_m),
             weight=self.cost(mistakes) + min(weights),
@@ -102,6 +108,22 @@ class Evaluator:
             in_floors=in_floors,
             in_common=in_common,
         )
+
+    def in_short_steps(self, best: Explanation) -> Explanation:
+        """Return an explanation whose program takes the longest of some short steps that explain the rest, if one does.
+
+        In single precision, many steps round more than few.
+        """
+        is_nearly = best.mistakes and best.in_common <= SMALL_SHARE * self._null_in_common
+        if not is_nearly or not self.single or self.program_with(best.mistakes).scheme.attitude != SMOOTH:
+            return best
+        for parts in SHORT_STEPS:
+            step_s = self.context.spacing_s / parts
+            if SHORTEST_S <= step_s < fine_step(self.context.spacing_s):
+                found = self.explain(best.mistakes, step_s)
+                if found.within_floor:
+                    return found
+        return best
 
     @cached_property
     def reached(self) -> dict[str, list[float]]:
@@ -145,20 +167,23 @@ class Evaluator:
         squares = np.square(errors).mean(axis=(1, 2))
         return self.scale.is_within_floor(float(np.sqrt((squares * ratio).mean())) * self.scale.floor_m)
 
-    def _with_single(self, program: ProgramModel) -> ResidualScale:
+    def _with_single(self, program: ProgramModel, unseen_step_s: float = 0.0) -> ResidualScale:
         """Return the scale with the effect of single precision on a program, if it may have any."""
         if not self._may_be_single(program):
             return self.scale
-        return self.scale.with_single(self._single_m(program, self.rows.times))
+        return self.scale.with_single(self._single_m(program, self.rows.times, unseen_step_s))
 
     def _may_be_single(self, program: ProgramModel) -> bool:
         """Whether a program may be of single precision: what is interpolated between its ticks may be of double."""
         return self.single or program.clock.interpolation != ZERO_ORDER_HOLD
 
-    def _single_m(self, program: ProgramModel, times: Array) -> Array:
-        """Return the effect of single precision at times [s], in m, (T,); its steps are fine if it has none."""
+    def _single_m(self, program: ProgramModel, times: Array, unseen_step_s: float = 0.0) -> Array:
+        """Return the effect of single precision at times [s], in m, (T,).
+
+        unseen_step_s: of a program whose own steps have no other effect [s]; 0 for usual short ones.
+        """
         if program.scheme.attitude == SMOOTH:
-            program = stepwise(program, fine_step(self.context.spacing_s))
+            program = stepwise(program, unseen_step_s or fine_step(self.context.spacing_s))
         return single_floor(program, times, self.points)
 
     def _vagueness(self, scale: ResidualScale) -> float:

@@ -22,7 +22,7 @@ from tumble.compare.grade.model.program_model import FINE, correct_program, outp
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.grade.search.causal import Candidate, CausalSearch
 from tumble.compare.grade.search.changes import Effects
-from tumble.compare.grade.search.closing import HIDDEN, Closing
+from tumble.compare.grade.search.closing import HIDDEN, Closing, is_rounded
 from tumble.compare.grade.search.shells import Shells
 from tumble.scenarios.read import read_scene, scene_path
 
@@ -76,7 +76,7 @@ def test_a_translation_that_is_late_by_a_step_is_left_out(tmp_path):
     events = np.array([impulse.time for impulse in scene.impulses])
     assert (events > 0).any()
     points = output_points(scene.body)
-    shells = Shells(sample, scale_of(sample, scene, 0.0), points, float(sample.times[-1]), events)
+    shells = Shells(sample, scale_of(sample, scene), points, float(sample.times[-1]), events)
     errors = np.zeros((1, len(shells), 4, 3))
     late = 1e3 * (shells.times > 0) + 1e4 * (shells.times[:, None] > events).sum(axis=1)
     errors[0, :, 0] = late[:, None]
@@ -140,6 +140,22 @@ def test_a_plain_value_may_leave_more_if_single_precision_hides_it(other, is_as_
     assert closing._is_as_plain(other, replace(FITTED, in_floors=0.3)) is is_as_plain
     only_digits = replace(FITTED, in_digits=1.0)
     assert not closing._is_as_plain(replace(other, in_digits=50.0), only_digits), "these need no single precision"
+
+
+@pytest.mark.parametrize(
+    ("fitted", "plain", "is_told"),
+    [(0.0998, 0.1, True), (0.0990, 0.1, False), (0.24995, 0.25, True), (0.2490, 0.25, False), (0.0998, 0.0998, False)],
+)
+def test_a_value_so_near_to_a_plain_one_is_that_if_single_precision_allows_it(fitted, plain, is_told):
+    """Of all values, one in fifty is within 0.2 % of one in one digit, or within 0.02 % of one in two digits."""
+    rate = Hypothesis("rate", "rate", "{}", lambda program, _: program, (0.01, 1.0))
+    best, other = (
+        replace(FITTED, mistakes=(Mistake(rate, value),), weighted_rms_m=left, in_floors=left)
+        for value, left in ((fitted, 0.2), (plain, 1.9))
+    )
+    assert is_rounded(other, best) is is_told
+    assert not is_rounded(replace(other, within_floor=False), best), "single precision does not allow it"
+    assert not is_rounded(other, replace(best, in_digits=1.0)), "nothing is left for single precision"
 
 
 def test_fitted_values_of_others_are_no_reason_to_prefer_them_to_plain_ones():
@@ -212,7 +228,7 @@ def test_a_sign_of_the_quaternion_is_named_of_a_body_that_starts_late(tmp_path):
 def test_weights_with_a_free_translation_are_those_of_what_it_leaves(tmp_path):
     scene = read_scene("two-hits")
     sample = measure(Trajectory(written(tmp_path, "two-hits"), scene, {}), scene).sample
-    shells = Shells(sample, scale_of(sample, scene, 0.0), output_points(scene.body), 1.0, np.array([0.75]))
+    shells = Shells(sample, scale_of(sample, scene), output_points(scene.body), 1.0, np.array([0.75]))
     errors = (
         np.random.default_rng(46).normal(size=(5, len(shells), 4, 3)) * np.geomspace(0.1, 1e4, 5)[:, None, None, None]
     )
@@ -226,7 +242,7 @@ def test_weights_with_a_free_translation_are_those_of_what_it_leaves(tmp_path):
 def test_the_first_row_that_is_wrong_is_found(tmp_path):
     scene = read_scene("two-hits")
     sample = measure(Trajectory(written(tmp_path, "two-hits"), scene, {}), scene).sample
-    shells = Shells(sample, scale_of(sample, scene, 0.0), output_points(scene.body), 1.0, np.empty(0))
+    shells = Shells(sample, scale_of(sample, scene), output_points(scene.body), 1.0, np.empty(0))
     errors = np.zeros((len(shells), 4, 3))
     assert shells.first_beyond(errors, 4.0) == np.inf
     errors[6, 2, 0], errors[4:, 0, 1] = np.nan, -5.0
@@ -281,3 +297,13 @@ def test_any_mistake_that_helps_no_more_is_left_out(useless):
     search._fitted = fitted
     kept = search._simpler({}, fitted(mistakes_of("abc")))
     assert [m.hypothesis.name for m in kept.mistakes] == [name for name in "abc" if name != useless]
+
+
+def test_a_centre_in_another_unit_is_named_of_vertices(tmp_path):
+    """Their distances from each other are right, so not all lengths are in the other unit."""
+    path = scene_path("brick-tumble")
+    rows = [(t, 1000.0 * x, *rest) for t, x, *rest in fly(path, Program(until=1.0))]
+    file = Path(write(tmp_path / "program.csv", rows, read(path).vertices, range(8), "{:.9g}".format))
+    found = grade(file, read_scene("brick-tumble"), {}, search_s=0.1)
+    texts = [mistake.text for mistake in found.diagnosis.best.mistakes]
+    assert texts == ["positions of the centre in the wrong unit: mm for m"]
