@@ -8,13 +8,16 @@ import pytest
 from pose_files import SKEWED, write_poses
 from programs import Program, fly, read, write
 
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, context_of, grade
+from tumble.compare.grade.grade import EXPLAINED_WHOLLY, context_of, grade, scale_of
 from tumble.compare.grade.hypotheses.explanation import Mistake
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
 from tumble.compare.grade.measure.errors import measure
-from tumble.compare.grade.model.program_model import FINE, correct_program
+from tumble.compare.grade.model.program_model import FINE, correct_program, output_points
 from tumble.compare.grade.read.trajectory import Trajectory
+from tumble.compare.grade.search.causal import CausalSearch
+from tumble.compare.grade.search.closing import Closing
+from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.proposals import Proposals
 from tumble.scenarios.read import read_scene, scene_path
 
@@ -98,39 +101,46 @@ def test_a_quaternion_that_is_normalised_rarely_is_tried_with_its_update(tmp_pat
     assert all("only every" not in m.text for program in proposals.with_details(rarely) for m in {*program} - {*rarely})
 
 
+def falling(folder):
+    """Return the scene of a body that falls and does not rotate."""
+    text = SKEWED.replace("[body]", "gravity = [0.0, -9.81, 0.0]\n[body]").replace("[1.0, 2.0, -0.5]", "[0, 0, 0]")
+    (folder / "falling.toml").write_text(text)
+    return read_scene(str(folder / "falling.toml"))
+
+
+def fallen(folder, scene, dt, slowed):
+    """Return the file of a program whose steps are exact but for what it does to the velocity at the end of each."""
+    x, v, gravity = scene.start[0, 0:3], scene.start[0, 7:10], np.array(scene.gravity)
+    places = []
+    for _ in range(round(1 / dt) + 1):
+        places.append(x)
+        x, v = x + dt * v + 0.5 * dt * dt * gravity, slowed(v + dt * gravity)
+    rows = np.array(places[::10])
+    q = np.tile(correct_program(scene, 0).output(np.zeros(1)).q, (len(rows), 1))
+    return write_poses(folder / "fallen.csv", np.arange(len(rows)) * 10 * dt, rows, q)
+
+
 def test_friction_that_acts_at_the_end_of_each_step_is_named_with_the_step(tmp_path):
     """In a step of any exact method, which only the friction shows."""
-    falling = SKEWED.replace("[body]", "gravity = [0.0, -9.81, 0.0]\n[body]").replace("[1.0, 2.0, -0.5]", "[0, 0, 0]")
-    (tmp_path / "falling.toml").write_text(falling)
-    scene = read_scene(str(tmp_path / "falling.toml"))
-    dt, friction, gravity = 0.002, 0.3, np.array((0.0, -9.81, 0.0))
-    x, v, places = scene.start[0, 0:3], scene.start[0, 7:10], []
-    for _ in range(501):
-        places.append(x)
-        x, v = x + dt * v + 0.5 * dt * dt * gravity, v + dt * gravity
-        v = v * (1 - friction * dt / np.linalg.norm(v))
-    q = np.tile(correct_program(scene, 0).output(np.zeros(1)).q, (51, 1))
-    found = grade(write_poses(tmp_path / "a.csv", np.arange(51) * 10 * dt, np.array(places[::10]), q), scene, {})
+    scene, dt, friction = falling(tmp_path), 0.002, 0.3
+    file = fallen(tmp_path, scene, dt, lambda v: v * (1 - friction * dt / np.linalg.norm(v)))
+    found = grade(file, scene, {})
     assert found.verdict == EXPLAINED_WHOLLY
     values = {mistake.hypothesis.name: mistake.value for mistake in found.diagnosis.best.mistakes}
     assert values == {"dry-friction": pytest.approx(friction), "runge-kutta-4": pytest.approx(dt)}
 
 
-def test_a_limit_is_named_with_the_step_by_which_it_is_exceeded(tmp_path):
+def test_a_limit_is_refined_with_the_step_by_which_it_is_exceeded(tmp_path):
     """A fall at a limit is faster by what gravity adds in a step: a larger one in shorter steps is nearly the same."""
-    falling = SKEWED.replace("[body]", "gravity = [0.0, -9.81, 0.0]\n[body]").replace("[1.0, 2.0, -0.5]", "[0, 0, 0]")
-    (tmp_path / "falling.toml").write_text(falling)
-    scene = read_scene(str(tmp_path / "falling.toml"))
-    dt, cap, gravity = 0.004, 3.1, np.array((0.0, -9.81, 0.0))
-    x, v, places = scene.start[0, 0:3], scene.start[0, 7:10], []
-    for _ in range(251):
-        places.append(x)
-        x, v = x + dt * v + 0.5 * dt * dt * gravity, v + dt * gravity
-        v = v * min(1.0, cap / np.linalg.norm(v))
-    q = np.tile(correct_program(scene, 0).output(np.zeros(1)).q, (26, 1))
-    found = grade(
-        write_poses(tmp_path / "a.csv", np.arange(26) * 10 * dt, np.array(places[::10]), q), scene, {}, search_s=0.1
-    )
-    assert found.verdict == EXPLAINED_WHOLLY
-    values = {mistake.hypothesis.name: mistake.value for mistake in found.diagnosis.best.mistakes}
-    assert values == {"speed-cap": pytest.approx(cap), "runge-kutta-4": pytest.approx(dt)}
+    scene, dt, cap = falling(tmp_path), 0.004, 3.1
+    file = fallen(tmp_path, scene, dt, lambda v: v * min(1.0, cap / np.linalg.norm(v)))
+    measured = measure(Trajectory(file, scene, {}), scene)
+    context = context_of(scene, 0, measured)
+    every, scale = hypotheses(context), scale_of(measured.sample, scene)
+    evaluator = Evaluator(context, every, measured.sample, output_points(scene.body), scale)
+    limit, method = (next(h for h in every if h.name == name) for name in ("speed-cap", "runge-kutta-4"))
+    nearly = evaluator.explain((Mistake(limit, 3.1005), Mistake(method, 0.001)))
+    refined = Closing(evaluator, CausalSearch(evaluator)).refined(nearly)
+    assert not nearly.is_whole
+    assert refined.is_whole
+    assert [mistake.value for mistake in refined.mistakes] == pytest.approx([cap, dt])
