@@ -1,9 +1,9 @@
 """Two tiers: `make test` runs every quick test and a few of the slow cases, `make test-rest` more of these.
 
 tests/slow.txt lists slow tests, a function a line.  Of each, `--quick` runs the first case where `first` stands behind
-it, and of the other cases one in 120, others with each commit; none where `rest` does.  `--rest` runs the first case of
-each if `--quick` did not, and a fifth of the others, again others with each commit.  A test that is slow and not listed
-fails, if it is slow a second time too: what is compiled or imported once counts for no test.
+it, and of the other cases one in 120, others with each commit; none where `rest` does.  `--rest` runs half of the first
+cases that `--quick` did not, and a tenth of the others, again others with each commit.  A test that is slow and not
+listed fails, if it is slow a second time too: what is compiled or imported once counts for no test.
 """
 
 import hashlib
@@ -21,7 +21,7 @@ LIST = ROOT / "tests" / "slow.txt"
 # Processor time that a test may take which is not listed [s], where `a_fixed_amount_of_work` takes WORK_S.
 MOST_S = 3.0
 WORK_S = 0.0175
-QUICK, REST, PARTS, FIFTH = "quick", "rest", 120, 5
+QUICK, REST, PARTS, HALF, TENTH = "quick", "rest", 120, 2, 10
 taken = pytest.StashKey[float]()
 
 
@@ -39,7 +39,7 @@ def function_of(item: pytest.Item) -> str:
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add `--quick`, `--rest` and `--times`."""
     parser.addoption("--quick", action="store_true", help="leave out nearly all of the slow tests")
-    parser.addoption("--rest", action="store_true", help="run a fifth or more of what --quick leaves out")
+    parser.addoption("--rest", action="store_true", help="run a part of what --quick leaves out")
     parser.addoption("--times", type=Path, help="append each test's processor time [s] to this file")
 
 
@@ -61,7 +61,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         digest = hashlib.sha256(f"{head}{item.nodeid}".encode()).digest()
         if slow[name] != "rest" and ((is_first and slow[name] == "first") or int.from_bytes(digest[:4]) % PARTS == 0):
             return QUICK
-        return REST if is_first or digest[4] % FIFTH == 0 else None
+        return REST if digest[4] % (HALF if is_first else TENTH) == 0 else None
 
     wanted = QUICK if config.getoption("--quick") else REST
     left_out = {item for item in items if tier(item) != wanted}
