@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core import event
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.runtime.nrt import rtsys
 
@@ -25,6 +26,30 @@ IS_KNOWN = (0, 61) <= tuple(map(int, numba.__version__.split(".")[:2])) <= (0, 6
 LONGEST_WAIT_S, LOOK_AGAIN_S = 60.0, 0.02
 
 log = logging.getLogger(__name__)
+
+
+class Compilation(event.Listener):
+    """Adds up the processor time that compiling has taken in this process, processor_s [s]."""
+
+    def __init__(self) -> None:
+        self.processor_s = 0.0
+        self._depth, self._begun_at = 0, 0.0
+
+    def on_start(self, _: event.Event) -> None:
+        """Note when the outermost of nested compilations begins."""
+        if self._depth == 0:
+            self._begun_at = time.thread_time()
+        self._depth += 1
+
+    def on_end(self, _: event.Event) -> None:
+        """Add the outermost one."""
+        self._depth -= 1
+        if self._depth == 0:
+            self.processor_s += time.thread_time() - self._begun_at
+
+
+compilation = Compilation()
+event.register("numba:compile", compilation)
 
 
 @cache

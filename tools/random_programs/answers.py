@@ -873,8 +873,9 @@ def _at_point(point: np.ndarray) -> Plant:
 @_named("wrong-length-unit")
 def _(claim: Claim, case: Case) -> Iterator[Plant]:
     size = UNITS[claim.parameters["choice"]]
-    own = (lambda rows: size * rows.axes) if case.dialect.kind == VERTICES else (lambda rows: rows.own_axes)
-    yield _rewritten(lambda rows: replace(rows, x=size * rows.x, own_axes=own(rows)))
+    yield _rewritten(lambda rows: replace(rows, x=size * rows.x))
+    if case.dialect.kind == VERTICES:
+        yield _rewritten(lambda rows: replace(rows, x=size * rows.x, own_axes=size * rows.axes))
 
 
 @_named("rotating-axes")

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Collection, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import chain, combinations
-from time import thread_time
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from tumble.compare.grade.hypotheses.explanation import Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.search.changes import Changes, best_of_each
+from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.proposals import STEPS
 from tumble.compare.grade.search.simulations import SearchStopped
@@ -191,7 +191,7 @@ class CausalSearch(Changes):
         least = self._fitted(mistakes).weight
         weights: dict[Mistakes, float] = {}
         stops_at = self._stops_at
-        self.stop_at((now := thread_time()) + PROFILED * (stops_at - now))
+        self.stop_at((now := search_clock()) + PROFILED * (stops_at - now))
         all_changed = False
         try:
             for programs in self._one_changed(mistakes):

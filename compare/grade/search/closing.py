@@ -5,7 +5,6 @@ from dataclasses import replace
 from functools import cached_property
 from itertools import product, takewhile
 from math import exp, log
-from time import thread_time
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from tumble.compare.grade.measure.significance import EXPLAINED
 from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, LAST, LINEARLY
 from tumble.compare.grade.model.program_model import next_tick
 from tumble.compare.grade.search.causal import CausalSearch
+from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.proposals import STEPS
 from tumble.compare.grade.search.simulations import SearchStopped
@@ -55,7 +55,7 @@ class Closing:
 
     def is_late(self) -> bool:
         """Return whether it is time to stop."""
-        is_late = thread_time() > self._stops_at
+        is_late = search_clock() > self._stops_at
         self.is_stopped = self.is_stopped or is_late
         return is_late
 

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, takewhile
-from time import thread_time
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.compare.grade.search.causal import CausalSearch
+from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.closing import LARGER, Closing, is_hidden, is_no_larger, is_rounded, needs_no_single
 from tumble.compare.grade.search.engine_search import EngineSearch
 from tumble.compare.grade.search.evaluator import Evaluator
@@ -86,7 +86,7 @@ def diagnosed(
     -------
     the diagnosis
     """
-    begun_at, least_s = thread_time(), CLOSED * search_s
+    begun_at, least_s = search_clock(), CLOSED * search_s
     null = evaluator.explain(())
     if null.within_floor and null.in_digits <= EXPLAINED:
         return _ranked(evaluator, null, [])
@@ -103,12 +103,12 @@ def diagnosed(
         found = search.candidates(begun_at + SEARCHED * search_s, on_progress)
         explained += [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
         if not any(each.is_whole for each in explained):
-            explained += engine_search.short_defaults(thread_time() + least_s)
+            explained += engine_search.short_defaults(search_clock() + least_s)
             explained += map(evaluator.explain, search.alone[:FINALISTS])
     explained.sort(key=by_weight)
     explained += _of_double(evaluator, explained, begun_at + SEARCHED * search_s, least_s)
     explained.sort(key=by_weight)
-    closing.stop_at(max(begun_at + search_s, thread_time() + least_s))
+    closing.stop_at(max(begun_at + search_s, search_clock() + least_s))
     if not explained[0].within_floor:
         explained += [closing.refined(each) for each in explained[:REFINED] if each.mistakes]
         explained.sort(key=by_weight)
@@ -135,10 +135,10 @@ def _of_double(
     """
     best = next((each for each in explained if each.within_floor), None)
     if best is not None:
-        stops_at = max(stops_at, thread_time() + least_s)
+        stops_at = max(stops_at, search_clock() + least_s)
     elif explained[0].in_common <= EXPLAINED and not explained[0].is_noise:
         best = explained[0]
-    if evaluator.is_known or best is None or best.in_digits <= EXPLAINED or thread_time() > stops_at:
+    if evaluator.is_known or best is None or best.in_digits <= EXPLAINED or search_clock() > stops_at:
         return []
     search = CausalSearch(evaluator, is_double=True)
     is_vague = any(m.hypothesis.vague for m in best.mistakes)
@@ -172,7 +172,7 @@ def _closed(explained: Sequence[Explanation], closing: Closing, least_s: float) 
         if closing.is_late() or min(whole, key=by_weight).names <= best.names:
             break
     if (best := min(whole, key=by_weight)) not in simple or closing.is_stopped:
-        closing.stop_at(thread_time() + least_s)
+        closing.stop_at(search_clock() + least_s)
         whole.append(closing.simplified(best))
     return [*whole, *others, *(each for each in explained if not each.within_floor)]
 

@@ -1,7 +1,6 @@
 """Simulates many programs at the rows of a search, and returns what each leaves."""
 
 from collections.abc import Sequence
-from time import thread_time
 
 import numpy as np
 
@@ -9,6 +8,7 @@ from tumble.compare.grade.hypotheses.explanation import Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Context
 from tumble.compare.grade.hypotheses.mistakes.output import OUTPUT_PARTS
 from tumble.compare.grade.model.program_model import SEARCHING, Pose, ProgramModel, outputs
+from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.shells import Shells
 from tumble.scenarios.frames import Array
 
@@ -62,7 +62,7 @@ class Simulations:
             self._programs = {(): self.context.program}
         new = [run for run in dict.fromkeys(runs) if run not in self._poses]
         for begin in range(0, len(new), BETWEEN):
-            if thread_time() > self.stops_at:
+            if search_clock() > self.stops_at:
                 raise SearchStopped
             some = new[begin : begin + BETWEEN]
             poses = outputs([self._program(run) for run in some], self.shells.times, self.fineness)

@@ -1,10 +1,9 @@
 """The clock by which a search stops is slow here: an answer must not depend on how busy the machine is."""
 
-from time import thread_time
-
 import pytest
 
 from tumble.compare.grade.search import causal, closing, diagnosis, simulations
+from tumble.compare.grade.search.clock import search_clock
 
 SLOWER = 20
 
@@ -13,4 +12,4 @@ SLOWER = 20
 def slow_clock(monkeypatch):
     """Count a twentieth of the processor time, in the search and in its limit."""
     for module in (causal, closing, diagnosis, simulations):
-        monkeypatch.setattr(module, "thread_time", lambda: thread_time() / SLOWER)
+        monkeypatch.setattr(module, "search_clock", lambda: search_clock() / SLOWER)
