@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import event
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.event import Event, Listener, register
 from numba.core.runtime.nrt import rtsys
 
 # Releases of numba whose cache loads a kernel as this file does.
@@ -28,20 +28,20 @@ LONGEST_WAIT_S, LOOK_AGAIN_S = 60.0, 0.02
 log = logging.getLogger(__name__)
 
 
-class Compilation(event.Listener):
+class Compilation(Listener):
     """Adds up the processor time that compiling has taken in this process, processor_s [s]."""
 
     def __init__(self) -> None:
         self.processor_s = 0.0
         self._depth, self._begun_at = 0, 0.0
 
-    def on_start(self, _: event.Event) -> None:
+    def on_start(self, event: Event) -> None:
         """Note when the outermost of nested compilations begins."""
         if self._depth == 0:
             self._begun_at = time.thread_time()
         self._depth += 1
 
-    def on_end(self, _: event.Event) -> None:
+    def on_end(self, event: Event) -> None:
         """Add the outermost one."""
         self._depth -= 1
         if self._depth == 0:
@@ -49,7 +49,7 @@ class Compilation(event.Listener):
 
 
 compilation = Compilation()
-event.register("numba:compile", compilation)
+register("numba:compile", compilation)
 
 
 @cache
