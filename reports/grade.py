@@ -308,7 +308,7 @@ def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
     if grade.verdict == EXPLAINED_WHOLLY:
         is_single = grade.measured.may_be_single and not grade.hidden_by_single
         floor = "within the effect of single precision" if is_single else "within the file's print precision"
-        yield f"The remaining {left} is {floor if best.within_floor else 'noise'}."
+        yield f"The remaining {left} is {floor if best.within_floor else 'noise and rounding'}."
         if diagnosis.engines and not any(mistake.hypothesis.part == "steps" for mistake in best.mistakes):
             yield "The file does not determine the length of the step."
     elif best.is_whole:

@@ -25,7 +25,7 @@ from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.measure.conserved import fitted_pose
 from tumble.compare.grade.measure.errors import Measured, SampledRows, measure
 from tumble.compare.grade.measure.observations import observations
-from tumble.compare.grade.measure.offset import constant_drift, constant_offset
+from tumble.compare.grade.measure.offset import constant_offset
 from tumble.compare.grade.measure.significance import (
     ALIKE,
     EXPLAINED,
@@ -145,7 +145,7 @@ class Grade:
             # Single precision grows with the steps, so its effect is not white.
             if diagnosis.null.is_noise and self._is_all_noise:
                 return CORRECT_TO_NOISE
-            if self.hidden_by_single:
+            if self.hidden_by_single or (diagnosis.null.is_noise and diagnosis.null.in_common <= EXPLAINED):
                 return TOO_LITTLE
             return TOO_LITTLE if measured.worst_m <= LITTLE * self.scale.size_m else UNEXPLAINED
         # Where digits alone are left, single precision is not there.
@@ -335,8 +335,6 @@ def grade(
         on_measured(measured, observed)
         if offset is not None and offset.body.any():
             context = replace(context, offset=offset.body)
-        elif has_centre and (drift := constant_drift(sample, points, scale.floors_m)) is not None:
-            context = replace(context, drift=np.stack(drift))
         known = single, measured.single
         left_s = search_time(search_s, answer_s)
         diagnosis = diagnose(

@@ -49,8 +49,7 @@ class Context:
     program: model of a correct program; kind: what the file has, pose, matrix or vertices; rows: their number;
     duration: up to the last row [s]; turn_s: shortest time in which the body rotates by a radian [s]; spacing_s: of
     most rows; first: x [m] and q of the row at t = 0, (7,), if there is one; has_centre: the file has the position;
-    offset: constant offset of the position, body axes [m], (3,), if there is one; drift: constant errors of its
-    velocity and acceleration [m/s, m/s2], (2, 3), if there are any.
+    offset: constant offset of the position, body axes [m], (3,), if there is one.
     """
 
     scene: Scene
@@ -63,7 +62,6 @@ class Context:
     first: Array | None = None
     has_centre: bool = True
     offset: Array | None = None
-    drift: Array | None = None
 
     @cached_property
     def probes(self) -> Array:

@@ -1,4 +1,4 @@
-"""Constant errors of a file's centre of mass: an offset, a velocity, an acceleration."""
+"""A constant offset of a file's centre of mass."""
 
 from typing import NamedTuple
 
@@ -43,34 +43,4 @@ def constant_offset(sample: SampledRows, points: Array, floors_m: Array) -> Offs
             if matrix is only_body:
                 return Offset(found, nothing)
             return Offset(nothing, found) if matrix is only_world else Offset(found[:3], found[3:])
-    return None
-
-
-class Drift(NamedTuple):
-    """Error of the start velocity [m/s], (3,), and of the constant acceleration [m/s2], (3,)."""
-
-    velocity: Array
-    acceleration: Array
-
-
-def constant_drift(sample: SampledRows, points: Array, floors_m: Array) -> Drift | None:
-    """Return the velocity and acceleration errors that explain the error of the centre, or None.
-
-    points: the vertices in the file [m], (K, 3); floors_m: of each row's axes, (S, 3).
-    """
-    if len(points) < 4 or len(sample) < 4 or sample.times[0] > 0:
-        return None
-    off = fitted_pose(sample.vertices, points)[:, 0:3] - fitted_pose(sample.true, points)[:, 0:3]
-    floor, t = float(np.median(floors_m)), sample.times
-    off = off - off[0]  # a wrong start position is not counted here
-    if np.abs(off).max() < MUCH * floor:
-        return None
-    nothing = np.zeros(3)
-    for columns in ((t,), (t * t / 2,), (t, t * t / 2)):
-        matrix = np.stack(columns, axis=1)
-        found = np.asarray(np.linalg.lstsq(matrix, off, rcond=None)[0], dtype=np.float64)
-        if np.sqrt(np.mean((matrix @ found - off) ** 2)) < LEFT * floor:
-            if len(columns) == 2:
-                return Drift(found[0], found[1])
-            return Drift(found[0], nothing) if columns[0] is t else Drift(nothing, found[0])
     return None

@@ -107,7 +107,7 @@ class Closing:
             self.is_stopped = True
             return []
         found = sorted(self._explained(likely), key=lambda each: each.weight)
-        first = {tuple(m.hypothesis for m in each.mistakes): each for each in reversed(found) if each.within_floor}
+        first = {tuple(m.hypothesis for m in each.mistakes): each for each in reversed(found) if each.is_whole}
         return [replace(each, weight=each.weight + best.plain_cost) for each in first.values()]
 
     def _explained(self, several: Iterable[Mistakes]) -> Iterator[Explanation]:
@@ -160,7 +160,8 @@ class Closing:
         """Return an explanation of everything with the plainest values that fit as well."""
         for mistake in best.mistakes:
             hypothesis = mistake.hypothesis
-            if hypothesis.fitted and hypothesis.part != STEPS and not hypothesis.scale and not hypothesis.details:
+            is_damping = hypothesis.name in (LINEAR_DAMPING, ANGULAR_DAMPING) and hypothesis.details
+            if hypothesis.fitted and hypothesis.part != STEPS and not hypothesis.scale and not is_damping:
                 best = self._first_as_good(best, self._plainer(best.mistakes, mistake))
         return self._first_as_good(best, self._plainer_damping(best.mistakes))
 

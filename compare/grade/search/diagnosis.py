@@ -16,6 +16,7 @@ from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.closing import LARGER, Closing, is_hidden, is_no_larger, is_rounded, needs_no_single
 from tumble.compare.grade.search.engine_search import EngineSearch
 from tumble.compare.grade.search.evaluator import Evaluator
+from tumble.compare.grade.search.proposals import STEPS
 
 # Programs that are simulated finely over all rows, of the best.
 FINALISTS = 6
@@ -154,17 +155,17 @@ def _closed(explained: Sequence[Explanation], closing: Closing, least_s: float) 
 
     least_s: processor time that the best one is given to be simplified, if none is left [s].
     """
-    whole = [each for each in explained if each.within_floor]
+    whole = [each for each in explained if each.within_floor] or [each for each in explained if each.is_noise]
     if not whole:
-        noise = [each for each in explained if each.is_noise][:SIMPLIFIED]
-        return [*map(closing.simplified, noise), *(each for each in explained if each not in noise)]
+        return list(explained)
+    rest = [each for each in explained if each not in whole]
     simple = [closing.simplified(each) for each in takewhile(lambda _: not closing.is_late(), whole)]
     whole, others = [*simple, *whole[len(simple) :]], list[Explanation]()
     for _ in range(ROUNDS):
         best = min(whole, key=by_weight)
-        # The values of a simplified one are plain, so another one with the same mistakes is no better.
-        known = [_hypotheses(each) for each in (*whole, *others)]
-        others += [each for each in closing.alternatives(best) if _hypotheses(each) not in known]
+        # Fitted values of a simplified one are plain, so another one with the same mistakes is no better.
+        known = [_without_fitted(each) for each in (*whole, *others)]
+        others += [each for each in closing.alternatives(best) if _without_fitted(each) not in known]
         better = sorted((each for each in others if each.weight < best.weight), key=by_weight)
         others = [each for each in others if each not in better]
         simple += (simpler := [closing.simplified(each) for each in better[:SIMPLIFIED]])
@@ -174,7 +175,7 @@ def _closed(explained: Sequence[Explanation], closing: Closing, least_s: float) 
     if (best := min(whole, key=by_weight)) not in simple or closing.is_stopped:
         closing.stop_at(search_clock() + least_s)
         whole.append(closing.simplified(best))
-    return [*whole, *others, *(each for each in explained if not each.within_floor)]
+    return [*whole, *others, *rest]
 
 
 def _with_parts(evaluator: Evaluator, explained: Sequence[Explanation], closing: Closing) -> list[Explanation]:
@@ -193,8 +194,9 @@ def _with_parts(evaluator: Evaluator, explained: Sequence[Explanation], closing:
     return [*explained, *(each for each in found.values() if each not in explained)]
 
 
-def _hypotheses(explanation: Explanation) -> set[Hypothesis]:
-    return {mistake.hypothesis for mistake in explanation.mistakes}
+def _without_fitted(explanation: Explanation) -> set[tuple[Hypothesis, float | None]]:
+    """Return mistakes with the lengths of steps, which are not fitted, and without other values."""
+    return {(m.hypothesis, m.value if m.hypothesis.part == STEPS else None) for m in explanation.mistakes}
 
 
 def _ranked(evaluator: Evaluator, null: Explanation, found: Sequence[Explanation]) -> Diagnosis:

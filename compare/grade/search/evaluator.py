@@ -11,6 +11,7 @@ from tumble.compare.grade.measure.errors import SampledRows
 from tumble.compare.grade.measure.noise import white_noise_m
 from tumble.compare.grade.measure.significance import (
     EXPLAINED,
+    FEWEST_PAIRS,
     ResidualScale,
     autocorrelation,
     choice_cost,
@@ -57,7 +58,7 @@ class Evaluator:
         is_known: bool = False,
     ) -> None:
         self.context, self.hypotheses, self.scale = context, list(hypotheses), scale
-        self.rows, self.points, self.single, self.is_known = sample, points, single, is_known
+        self.rows, self.points, self.is_known = sample, points, is_known
         self.trials = 0
         self._costs: dict[tuple[Hypothesis, bool], float] = {}
         events = np.array([impulse.time for impulse in context.program.impulses])
@@ -66,6 +67,8 @@ class Evaluator:
         )
         # Rounding is noise too, of a floor at most.
         self._noise_m = noise_m if noise_m > NOISY * self.scale.floor_m else 0.0
+        # What noise was added to is no number of single precision, though the program may be of that.
+        self.single = single or self._noise_m > 0.0
         self.double_scale = self.scale.with_noise(self._noise_m)
         usual = stepwise(context.program, context.spacing_s / USUAL_STEPS)
         self.search_scale = self._with_single(usual).with_noise(self._noise_m)
@@ -91,17 +94,12 @@ class Evaluator:
         is_little = in_digits <= NEARLY_DIGITS or in_floors <= NEARLY_SINGLE
         is_nearly = bool(mistakes) and is_little and in_common <= SMALL_SHARE * self._null_in_common
         within_floor = in_floors <= EXPLAINED or is_nearly
-        correlation = 0.0 if within_floor else self._autocorrelation(program, errors)
         return Explanation(
             mistakes=mistakes,
             rms_m=rms_m,
             max_m=max_m,
             within_floor=within_floor,
-            is_noise=not within_floor
-            and scale.is_noise(rms_m, max_m, correlation, len(errors) - 1)
-            and (not self._noise_m or rms_m <= MOST_NOISE * self._noise_m)
-            and is_even(errors)
-            and not spares_rows(errors, scale.floors_m),
+            is_noise=not within_floor and self._is_noise(program, errors, scale),
             weight=self.cost(mistakes) + min(weights),
             weighted_rms_m=in_noise * known.floor_m,
             in_digits=in_digits,
@@ -121,7 +119,7 @@ class Evaluator:
             step_s = self.context.spacing_s / parts
             if SHORTEST_S <= step_s < fine_step(self.context.spacing_s):
                 found = self.explain(best.mistakes, step_s)
-                if found.within_floor:
+                if found.is_whole:
                     return found
         return best
 
@@ -190,9 +188,37 @@ class Evaluator:
         """Return the weight of a larger noise floor, which explains more: of the likelihood of normal deviations."""
         return 2.0 * scale.numbers * float(np.log(scale.floors_m / self.scale.floors_m).mean())
 
+    def _is_noise(self, program: ProgramModel, errors: Array, scale: ResidualScale) -> bool:
+        """Return whether a program's errors of rows, (S, K, 3), are noise; or noise at first, and what rounding adds.
+
+        Errors of single precision grow: rows that it may move by more than the noise are compared with both.
+        scale: with the effect of single precision, if the program may be of that.
+        """
+        if self._is_white(program, errors, scale):
+            return True
+        is_moved = np.square(scale.floors_m).mean(axis=1) > self._noise_m**2
+        count, both = int(is_moved.argmax()), scale.with_noise(self._noise_m)
+        if not self._noise_m or count <= FEWEST_PAIRS:
+            return False
+        moved = both.weighted(errors)[count:]
+        return both.is_within_floor(root_mean_square(moved)) and self._is_white(program, errors[:count], scale)
+
+    def _is_white(self, program: ProgramModel, errors: Array, scale: ResidualScale) -> bool:
+        """Return whether a program's errors of the first rows, (R, K, 3), are white noise."""
+        rms_m = root_mean_square(errors)
+        with np.errstate(all="ignore"):  # a run that diverged
+            max_m = float(np.linalg.norm(errors, axis=-1).max())
+        return (
+            scale.is_noise(rms_m, max_m, self._autocorrelation(program, errors), len(errors) - 1)
+            and (not self._noise_m or rms_m <= MOST_NOISE * self._noise_m)
+            and is_even(errors)
+            and not spares_rows(errors, scale.floors_m[: len(errors)])
+        )
+
     def _autocorrelation(self, program: ProgramModel, errors: Array) -> float:
-        """Return the autocorrelation of errors in world axes or in body axes, the larger one."""
-        axes = program.simulate(program.clock.physics_times(self.rows.times), SEARCHING)[:, 3:12].reshape(-1, 3, 3)
+        """Return the autocorrelation of the errors of the first rows in world axes or in body axes, the larger one."""
+        times = self.rows.times[: len(errors)]
+        axes = program.simulate(program.clock.physics_times(times), SEARCHING)[:, 3:12].reshape(-1, 3, 3)
         with np.errstate(all="ignore"):
             in_body = np.einsum("tji,tkj->tki", axes, errors)
             return max(autocorrelation(errors), autocorrelation(in_body), key=abs)

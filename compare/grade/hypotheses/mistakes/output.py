@@ -94,16 +94,19 @@ def _quaternion_orders() -> Iterator[Hypothesis]:
 def _logged_points(context: Context) -> Iterator[Hypothesis]:
     """Yield that another point of the body was logged instead of the centre of mass."""
     points = output_points(context.scene.body)
+    nothing = (0.0, 0.0, 0.0)
+    # One that was measured explains the centre in every row, whatever else is wrong.
+    values = (nothing,) if context.offset is None else (nothing, tuple(context.offset.tolist()))
     if context.has_centre:
         yield Hypothesis(
             "constant-offset-in-body-axes",
             "logged point",
             "the point ({}) m in body axes logged instead of the centre of mass",
             lambda program, at: with_output_transform(program, _with_offset(np.array(at))),
-            ((0.0, 0.0, 0.0),),
+            values,
             unit="m",
             scale=float(np.abs(points).max()),
-            vague=True,
+            vague=context.offset is None,
         )
     if context.kind == "vertices" or not 0 < len(points) <= MOST_VERTICES:
         return
