@@ -39,8 +39,8 @@ CLOSE = 1.1
 NEARLY = 0.25
 # Share of what no mistake leaves that is little enough to try a single change before others.
 HALF = 0.5
-# Programs that are kept from one part of the run to the next.
-KEPT = 3
+# Programs that are kept from one part of the run to the next, and that are tried with what the first one still needs.
+KEPT, SWAPPED = 3, 8
 MOST_MISTAKES = 8
 # Share of the time that is left in which others as good as a program are looked for, before they are fitted.
 PROFILED = 0.75
@@ -110,7 +110,8 @@ class CausalSearch(Changes):
                 on_progress(before / self._context.duration)
                 until = self._next_part(before, pool[0].mistakes)
                 self._begin(until)
-                begun = [c.mistakes for c in _distinct(pool)[:KEPT]]
+                alike = [c.mistakes for c in _distinct(pool)[:SWAPPED]]
+                begun = alike[:KEPT]
                 # A free translation is as good as a start velocity or an acceleration of any size.
                 single = _distinct([c for c in self._single.get(until, []) if not _is_free_translation(c)])
                 whole = self._fitted(()).score
@@ -118,6 +119,7 @@ class CausalSearch(Changes):
                 then = [c.mistakes for c in single[:SINGLE]]
                 others = filter(self._turns, dict.fromkeys((*half[:KEPT], *then)))
                 pool = self._explored([*begun, *nearly[:KEPT], ()], chain(self._same_before(begun[0], before), others))
+                pool = self._swapped(pool, alike)
                 if not pool[0].is_whole or _is_vague(pool[0]):
                     pool = self._named(pool, then)
                 before = until
@@ -126,6 +128,18 @@ class CausalSearch(Changes):
         finally:
             self.look_at_all()
         return pool
+
+    def _swapped(self, pool: list[Candidate], alike: Sequence[Mistakes]) -> list[Candidate]:
+        """Return programs, best first, and others that were as good before, with what has been added to the first one.
+
+        alike: the programs before, the one first that has been followed; noise may have hidden which one is right.
+        """
+        before = {m.hypothesis for m in alike[0]}
+        added = [m for m in pool[0].mistakes if m.hypothesis not in before]
+        parts = {m.hypothesis.part for m in added}
+        others = [each for each in alike[1:] if added and each and not parts & {m.hypothesis.part for m in each}]
+        swapped = [self._fitted(self._proposals.ordered((*each, *added))) for each in others]
+        return sorted((*pool, *swapped), key=_enough_first)
 
     def _next_part(self, before: float, mistakes: Mistakes) -> float:
         """Return until when to look after the part until a time [s]: not far beyond where a program begins to be wrong.
@@ -338,10 +352,11 @@ class CausalSearch(Changes):
             others = self._dived(pool, min(pool.values(), key=_by_rank))[:DIVES]
             begun_at = max(c.score for c in pool.values())
             waiting = chain(map(self._fitted, then), others)
-            for _ in range(MOST_DIVES):
+            for dive in range(MOST_DIVES):
                 best = min(pool.values(), key=_enough_first)
-                is_nearly = self._until < self._context.duration and best.score < NEARLY * begun_at
-                if best.is_enough or best.is_whole or is_nearly:
+                # A vague translation explains anything: what has a name is tried before it is believed.
+                is_believed = self._fit.is_free or not _is_vague(best) or dive >= DIVES
+                if is_believed and (best.is_enough or best.is_whole or self._is_nearly(best, begun_at)):
                     break
                 other = next(waiting, None) or _new(pool.values())
                 if other is None:
@@ -350,6 +365,16 @@ class CausalSearch(Changes):
         except SearchStopped:
             self.is_stopped = True
         return sorted(pool.values(), key=_enough_first)
+
+    def _is_nearly(self, best: Candidate, begun_at: float) -> bool:
+        """Return whether a program explains so much of a part of the run that more of the run is looked at.
+
+        It does if little is left of the score that it began at; or if nothing helps any more, and single precision may
+        have caused the rest.
+        """
+        if self._until >= self._context.duration:
+            return False
+        return best.score < NEARLY * begun_at or (best.is_expanded and self._is_near(best))
 
     def _dived(self, pool: dict[tuple, Candidate], chosen: Candidate) -> list[Candidate]:
         """Add what one change after the other makes of a program, as long as that helps; return its other children."""

@@ -157,10 +157,15 @@ class Changes(Parts):
                 ideals = [first * share ** (1 / order) for order in {1, kinds[number].order}]
                 nearest = {s for ideal in ideals for s in self._proposals.steps_near(mistakes, self._until, ideal)}
                 wanted += [(kinds[number], self._upon(kinds[number], s)) for s in sorted(nearest) if s != first]
+        # What happens at a tick does so by leaps: no length of a step follows from another one.
+        if any(m.hypothesis.at_ticks for m in mistakes):
+            steps = [step for step in self._context.parts if step != first]
+            wanted += [(kind, self._upon(kind, s)) for kind in kinds if self._proposals.is_plain(kind) for s in steps]
         return wanted
 
     def _upon(self, kind: SchemeKind, step: float) -> Mistakes:
-        return self._proposals.ordered((*kind.others, Mistake(kind.hypothesis, step)))
+        others = (_at_a_tick(mistake, step) for mistake in kind.others)
+        return self._proposals.ordered((*others, Mistake(kind.hypothesis, step)))
 
     def _damped(self, several: Sequence[Mistakes]) -> list[Mistakes]:
         """Return schemes with the rotation damped at each place in the step; if it is, by what helps the first one."""
@@ -206,6 +211,12 @@ class Changes(Parts):
         effects = every[1 : len(found) + 1]
         sizes = np.einsum("vn,vn->v", effects, effects)
         return (-(effects @ every[0]) / np.where(sizes > 0, sizes, np.inf)).tolist()
+
+
+def _at_a_tick(mistake: Mistake, step: float) -> Mistake:
+    """Return a mistake that takes effect at the nearest tick of a step [s]: no fit passes from one tick to the next."""
+    ticks = round(mistake.value / step) if mistake.hypothesis.at_ticks else 0
+    return mistake._replace(value=ticks * step) if ticks else mistake
 
 
 def _is_linear(hypothesis: Hypothesis) -> bool:

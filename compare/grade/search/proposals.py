@@ -41,7 +41,7 @@ ROTATIONS = (*((rotation, 1) for rotation in ROTATION), ("first order", 0))
 OF_EXPLICIT = ("none", "explicit", "implicit", "rescaled", "momentum")
 # Of these, the terms with which the angular velocity may as well be stored in the other axes, which matters then.
 STORED_EITHER_WAY = ("none", "explicit", "implicit", "rescaled")
-# Steps from one instant to the next at which events happen.
+# Steps from one instant to the next at which events happen, and by which rows may be late.
 STEPS_A_TICK = (1, 2, 4, 8)
 # Steps from one normalisation of a quaternion to the next that are tried with other details.
 RARE = (2, 5, 10, 20, 50, 60, 100)
@@ -61,8 +61,9 @@ MOST_STEPS = 6_000
 STEPS, GYRO = "steps", "gyroscopic"
 # Steps in a row interval, and in a tick between rows.
 PARTS, IN_A_TICK = (1, 2, 3, 4, 5, 8, 10, 16, 20, 32, 40, 80), (1, 2, 4, 8)
-# Of these, so many next to a length are tried; and usual steps whose logarithm differs by less.
-NEXT, CLOSE = 2, 0.1
+# Of these, so many next to a length are tried; and usual steps whose logarithm differs by less, or by less where a
+# velocity is limited.
+NEXT, CLOSE, WIDE = 2, 0.1, 0.7
 # Parts that are tried even if they seem too long, as errors of very long steps grow in no order.
 ALWAYS = (1, 2)
 # Steps that differ from another by less than this factor are similar.
@@ -180,7 +181,7 @@ class Proposals:
                 )
                 same = same and (STEPS in taken or not hypothesis.needs_steps)
                 if same and own.part != STEPS and hypothesis is not own:
-                    for value in first_values(hypothesis, run):
+                    for value in (*_same_values(mistake, hypothesis), *first_values(hypothesis, run)):
                         for program in self._with(others, Mistake(hypothesis, value)):
                             yield (own, hypothesis), program
         yield from self._with_other_places(mistakes)
@@ -202,15 +203,15 @@ class Proposals:
         return tuple(Mistake(self.schemes.step(other), m.value) if m is step else m for m in mistakes)
 
     def with_details(self, mistakes: Mistakes) -> Iterator[Mistakes]:
-        """Yield programs that take w from attitudes, look for events at other ticks, or write a step late or early.
+        """Yield programs that take w from attitudes, look for events at other ticks, or write some steps late or early.
 
         Others normalise a quaternion of first order rarely, since that has no effect on other rotations.
         """
         is_rare = any(m.hypothesis.part == self._rarely.part for m in mistakes)
         is_on_time = not any(m.hypothesis.part == "clock offset" for m in mistakes)
         for own, step in self._own_step(mistakes):
-            for sign in (1, -1) if is_on_time else ():
-                yield self.ordered((*mistakes, Mistake(self.schemes.late(sign).hypothesis, step.value)))
+            for sign, steps in product((1, -1), STEPS_A_TICK) if is_on_time else ():
+                yield self.ordered((*mistakes, Mistake(self.schemes.late(sign).hypothesis, steps * step.value)))
             if own.normalise_every and not is_rare:
                 first_order = self._with_step(mistakes, step, replace(own, rotation="first order"))
                 for steps in RARE:
@@ -265,6 +266,13 @@ class Proposals:
             # Quaternions of stages that are normalised, or taken for unit ones, leave an error of order 2.
             is_staged = any(detail == "stages" for detail, _ in hypothesis.details)
             yield SchemeKind((hypothesis,), others, hypothesis, min(order, 2) if is_staged else order)
+
+    def is_plain(self, kind: SchemeKind) -> bool:
+        """Return whether a kind is the plainest one of Euler's explicit or symplectic steps."""
+        own = self.schemes.of_step(kind.hypothesis)
+        if own is None or own.other_axes or own.gyroscopic not in ("", *PLAIN_GYROSCOPIC[:2]):
+            return False
+        return (own.rotation, own.normalise_every) == PLAIN_ROTATIONS[0]
 
     def _with_other_variants(self, mistakes: Mistakes) -> Iterator[Mistakes]:
         """Yield programs with a mistake that happens elsewhere in a step, in the place of one."""
@@ -325,11 +333,11 @@ class Proposals:
         interval = self._interval(mistakes)
         usual = sorted(PARTS, key=lambda part: abs(np.log(interval / part / ideal)))[:NEXT]
         nearest = max(1, round(interval / ideal))
-        others = (
-            [h for h in STEPS_S if h < interval and abs(np.log(h / ideal)) < CLOSE]
-            if not self._has_tick(mistakes)
-            else []
-        )
+        # What a limit does depends on the step by leaps.
+        close = WIDE if any(m.hypothesis.limits for m in mistakes) else CLOSE
+        others = [h for h in STEPS_S if h < interval and abs(np.log(h / ideal)) < close]
+        if self._has_tick(mistakes):
+            others = []
         found = dict.fromkeys([*(interval / part for part in (*ALWAYS, *usual, nearest)), *others])
         return [step for step in found if until <= MOST_STEPS * step]
 
@@ -343,6 +351,17 @@ class Proposals:
 
 def _is_placed(hypothesis: Hypothesis) -> bool:
     return any(detail == "damping-place" for detail, _ in hypothesis.details)
+
+
+def _same_values(mistake: Mistake, other: Hypothesis) -> list[float]:
+    """Return the value of a mistake, of either sign, if another one of its part may have it: they may look alike."""
+    own = mistake.hypothesis
+    if not (own.part == other.part and own.unit == other.unit and own.dimension == other.dimension == 1):
+        return []
+    if own.choices or not other.fitted:
+        return []
+    least, most = other.bounds
+    return [value for value in (mistake.value, -mistake.value) if least <= value <= most]
 
 
 def first_values(hypothesis: Hypothesis, run: Run, every_value: bool = False) -> list:

@@ -23,8 +23,8 @@ OF_A_SHELL = 2.0
 EVEN = 10.0
 # Single precision of unusually short steps has up to so many times the effect of that of usual ones.
 NEAR = 10.0
-# A residual counts as at most this many times the body's size.
-LARGEST = 2.0
+# A residual counts as at most this many times the body's size, as that of a run that diverged does.
+LARGEST = 1e6
 # Vertices whose smallest extent is below this share of the largest lie in a plane.
 FLAT = 1e-6
 # Their distances are those of a rigid body if a pose leaves at most so many floors.

@@ -130,6 +130,19 @@ def test_friction_that_acts_at_the_end_of_each_step_is_named_with_the_step(tmp_p
     assert values == {"dry-friction": pytest.approx(friction), "runge-kutta-4": pytest.approx(dt)}
 
 
+def test_rows_may_be_late_by_several_steps(tmp_path):
+    """A program of several steps a tick logs the tick before."""
+    scene = read_scene("dzhanibekov")
+    pose = correct_program(scene, 0).output(np.arange(101) * 0.01, FINE)
+    file = write_poses(tmp_path / "right.csv", pose.times, pose.x, pose.q)
+    proposals = Proposals(
+        context := context_of(scene, 0, measure(Trajectory(file, scene, {}), scene)), hypotheses(context)
+    )
+    step = Mistake(proposals.schemes.step(Step("explicit", "exponential")), 0.005)
+    late = [m.value for program in proposals.with_details((step,)) for m in program if m.hypothesis.name == "log-lag"]
+    assert set(late) == {0.005, 0.01, 0.02, 0.04}
+
+
 def test_a_limit_is_refined_with_the_step_by_which_it_is_exceeded(tmp_path):
     """A fall at a limit is faster by what gravity adds in a step: a larger one in shorter steps is nearly the same."""
     scene, dt, cap = falling(tmp_path), 0.004, 3.1
