@@ -83,7 +83,6 @@ def contexts() -> Iterator[Context]:
             first,
             has_centre,
             offset,
-            drift=np.ones((2, 3)),
         )
 
 
