@@ -159,11 +159,13 @@ class Evaluator:
         program = self.program_with(mistakes)
         if not self._may_be_single(program):
             return False
-        own = self._single_m(program, times)
         known = np.interp(times, self.rows.times, np.square(self.scale.floors_m).mean(axis=1))
-        ratio = np.square(floors_m).mean(axis=1) / (known + np.square(own) / 3)
-        squares = np.square(errors).mean(axis=(1, 2))
-        return self.scale.is_within_floor(float(np.sqrt((squares * ratio).mean())) * self.scale.floor_m)
+        with np.errstate(all="ignore"):  # a run that diverged
+            own = self._single_m(program, times)
+            ratio = np.square(floors_m).mean(axis=1) / (known + np.square(own) / 3)
+            squares = np.square(errors).mean(axis=(1, 2))
+            left = float(np.sqrt((squares * ratio).mean()))
+        return self.scale.is_within_floor(left * self.scale.floor_m)
 
     def _with_single(self, program: ProgramModel, unseen_step_s: float = 0.0) -> ResidualScale:
         """Return the scale with the effect of single precision on a program, if it may have any."""

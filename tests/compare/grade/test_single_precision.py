@@ -7,13 +7,14 @@ import pytest
 from pose_files import write_poses
 from programs import Program, fly, read, write
 
-from tumble.compare.grade.grade import grade
+from tumble.compare.grade.grade import context_of, grade, scale_of
 from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.measure.significance import EXPLAINED
 from tumble.compare.grade.measure.single_precision import single_floor, stepwise
 from tumble.compare.grade.model.program_model import correct_program, output_points
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.trajectory import Trajectory
+from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.scenarios.read import read_scene
 
 CATALOGUE = Path(__file__).parents[3] / "scenarios" / "catalogue"
@@ -57,3 +58,17 @@ def test_round_numbers_do_not_speak_for_single_precision(tmp_path, attitude, cen
     x, q = states[:, :3].astype(centre), states[:, 3:7].astype(attitude)
     file = write_poses(tmp_path / "flight.csv", times, x, q, form="%.9g")
     assert measure(Trajectory(file, scene, {}), scene).may_be_single is may_be
+
+
+def test_a_run_that_diverged_is_not_explained_and_warns_nobody(tmp_path):
+    """Its errors are too large to be squared; a warning would be an error here."""
+    scene = read_scene("brick-tumble")
+    states = Reference(scene).states(0, times := np.arange(51) * 0.02)
+    file = write_poses(tmp_path / "right.csv", times, states[:, :3], states[:, 3:7])
+    measured = measure(Trajectory(file, scene, {}), scene)
+    sample, points = measured.sample, output_points(scene.body)
+    evaluator = Evaluator(context_of(scene, 0, measured), [], sample, points, scale_of(sample, scene), single=True)
+    floors_m = evaluator.search_scale.floors_m
+    errors = np.full((len(sample), 4, 3), 1e200)
+    assert not evaluator.is_within_floor((), errors, sample.times, floors_m)
+    assert evaluator.is_within_floor((), 0.0 * errors, sample.times, floors_m)
