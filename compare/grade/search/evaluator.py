@@ -89,15 +89,13 @@ class Evaluator:
         known, noisy = self.double_scale, scale.with_noise(self._noise_m)
         in_noise = noisy.in_floors(errors)
         weights = noisy.weight(in_noise, self._vagueness(scale)), known.weight(known.in_floors(errors), 0.0)
-        with np.errstate(all="ignore"):  # a run that diverged
-            max_m = float(np.linalg.norm(errors, axis=-1).max())
         is_little = in_digits <= NEARLY_DIGITS or in_floors <= NEARLY_SINGLE
         is_nearly = bool(mistakes) and is_little and in_common <= SMALL_SHARE * self._null_in_common
         within_floor = in_floors <= EXPLAINED or is_nearly
         return Explanation(
             mistakes=mistakes,
             rms_m=rms_m,
-            max_m=max_m,
+            max_m=_largest(errors),
             within_floor=within_floor,
             is_noise=not within_floor and self._is_noise(program, errors, scale),
             weight=self.cost(mistakes) + min(weights),
@@ -208,11 +206,10 @@ class Evaluator:
     def _is_white(self, program: ProgramModel, errors: Array, scale: ResidualScale) -> bool:
         """Return whether a program's errors of the first rows, (R, K, 3), are white noise."""
         rms_m = root_mean_square(errors)
-        with np.errstate(all="ignore"):  # a run that diverged
-            max_m = float(np.linalg.norm(errors, axis=-1).max())
+        # The autocorrelation needs a simulation.
         return (
-            scale.is_noise(rms_m, max_m, self._autocorrelation(program, errors), len(errors) - 1)
-            and (not self._noise_m or rms_m <= MOST_NOISE * self._noise_m)
+            (not self._noise_m or rms_m <= MOST_NOISE * self._noise_m)
+            and scale.is_noise(rms_m, _largest(errors), self._autocorrelation(program, errors), len(errors) - 1)
             and is_even(errors)
             and not spares_rows(errors, scale.floors_m[: len(errors)])
         )
@@ -254,3 +251,9 @@ class Evaluator:
         elif hypothesis.part == "steps":  # any part of a row interval
             cost += choice_cost(PARTS)
         return cost
+
+
+def _largest(errors: Array) -> float:
+    """Return the length of the largest error, (S, K, 3)."""
+    with np.errstate(all="ignore"):  # a run that diverged
+        return float(np.linalg.norm(errors, axis=-1).max())

@@ -1,16 +1,15 @@
 """Mistakes that look alike for a while, or in noise: the search follows one of them, and tries the others later."""
 
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from explained import explained
 from explanations import hypothesis, mistakes_of
 from planted import Spoilt
 from programs import Program, fly, read, write
 
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, grade
 from tumble.compare.grade.hypotheses.explanation import Mistake
 from tumble.compare.grade.search.causal import Candidate, CausalSearch
 from tumble.compare.grade.search.proposals import _same_values
@@ -59,9 +58,7 @@ def scene_file(tmp_path, request):
 
 def mistakes(file, scene, search_s=0.1):
     """Return the mistakes of a file that is explained, by name: their values; search_s: a twentieth of the time."""
-    found = grade(Path(file), read_scene(str(scene)), {}, search_s=search_s)
-    assert found.verdict == EXPLAINED_WHOLLY, found.diagnosis.best.names
-    return {mistake.hypothesis.name: mistake.value for mistake in found.diagnosis.best.mistakes}
+    return explained(file, read_scene(str(scene)), search_s)
 
 
 @pytest.mark.parametrize("scene_file", [FAR], indirect=True)

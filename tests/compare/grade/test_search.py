@@ -9,13 +9,14 @@ from typing import Any, cast
 import numba
 import numpy as np
 import pytest
+from explained import explained
 from explanations import explanation, hypothesis, mistakes_of
 from planted import Spoilt
 from pose_files import write_poses
 from programs import Program, fly, read, write
 
 from tools.heldout import SCENES
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, Grade, context_of, grade, scale_of, search_time
+from tumble.compare.grade.grade import Grade, context_of, grade, scale_of, search_time
 from tumble.compare.grade.hypotheses.explanation import Mistake
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.hypotheses.mistakes.clocks import clocks
@@ -41,9 +42,7 @@ def written(folder, scene, form="{:.7f}", kind="pose", flip=None, **program):
 
 def named(file, scene, search_s=0.1):
     """Return the mistakes of a file that is explained, by name: their values; search_s: a twentieth of the time."""
-    found = grade(file, read_scene(scene), {}, search_s=search_s)
-    assert found.verdict == EXPLAINED_WHOLLY
-    return {mistake.hypothesis.name: mistake.value for mistake in found.diagnosis.best.mistakes}
+    return explained(file, read_scene(scene), search_s)
 
 
 def candidate(names, left):

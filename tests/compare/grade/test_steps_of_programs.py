@@ -1,10 +1,10 @@
 """Programs in steps: a slow clock has steps of its own time, rows may be a step late, and a step may be very long."""
 
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
+from explained import explained
 from pose_files import SKEWED, write_poses
 from programs import Program, fly, read, write
 
@@ -29,9 +29,7 @@ def named(folder, scene, rewritten=lambda rows: rows, **program):
     path = scene_path(scene)
     rows = rewritten(list(fly(path, Program(**LOOP | program))))
     file = write(folder / "loop.csv", rows, read(path).vertices, form=lambda number: f"{number:.9f}")
-    found = grade(Path(file), read_scene(scene), {})
-    assert found.verdict == EXPLAINED_WHOLLY
-    return {mistake.hypothesis.name: mistake.value for mistake in found.diagnosis.best.mistakes}
+    return explained(file, read_scene(scene))
 
 
 def test_steps_are_a_part_of_a_slow_clocks_own_time(tmp_path):
@@ -124,10 +122,7 @@ def test_friction_that_acts_at_the_end_of_each_step_is_named_with_the_step(tmp_p
     """In a step of any exact method, which only the friction shows."""
     scene, dt, friction = falling(tmp_path), 0.002, 0.3
     file = fallen(tmp_path, scene, dt, lambda v: v * (1 - friction * dt / np.linalg.norm(v)))
-    found = grade(file, scene, {})
-    assert found.verdict == EXPLAINED_WHOLLY
-    values = {mistake.hypothesis.name: mistake.value for mistake in found.diagnosis.best.mistakes}
-    assert values == {"dry-friction": pytest.approx(friction), "runge-kutta-4": pytest.approx(dt)}
+    assert explained(file, scene) == {"dry-friction": pytest.approx(friction), "runge-kutta-4": pytest.approx(dt)}
 
 
 def test_rows_may_be_late_by_several_steps(tmp_path):

@@ -136,8 +136,11 @@ def _length_units(context: Context) -> Iterator[Hypothesis]:
         size = sizes[int(number)]
         return lambda pose: pose._replace(x=size * pose.x, axes=size * pose.axes if whole else pose.axes)
 
-    for whole in () if not context.has_centre else (True, False) if context.kind == "vertices" else (False,):
-        of_the_centre = "" if whole or context.kind != "vertices" else " of the centre"
+    if not context.has_centre:
+        return
+    of_vertices = context.kind == "vertices"
+    for whole in (True, False) if of_vertices else (False,):
+        of_the_centre = " of the centre" if of_vertices and not whole else ""
         yield Hypothesis(
             "wrong-length-unit",
             "unit",
