@@ -97,8 +97,8 @@ class Explanation:
 
     @property
     def odd_values(self) -> int:
-        """The number of fitted values that nobody writes."""
-        return sum(not m.has_plain_value for m in self.fitted)
+        """The number of fitted values that nobody writes, apart from those that rows show by themselves."""
+        return sum(not (m.has_plain_value or m.hypothesis.measured) for m in self.fitted)
 
     @property
     def is_whole(self) -> bool:

@@ -113,7 +113,8 @@ class Hypothesis:
     numbers that were taken from the file itself; value: these numbers, for tables.  scale: if the value is several
     numbers, which begin at 0, what they are compared with. at_ticks: a time that takes effect at a tick of a program in
     steps.  neutral: the value that changes nothing, if a small deviation from it has an effect in proportion.
-    unlikely: weight that it costs to assume it, beyond others. vague: it explains a part of almost any error.
+    unlikely: weight that it costs to assume it, beyond others. vague: it explains a part of almost any error; measured:
+    rows show its value, whatever else is wrong.
     needs_steps: without steps it is the same as another one.  limits: what its value limits, "velocity" or "spin".
     """
 
@@ -134,6 +135,7 @@ class Hypothesis:
     neutral: float | None = None
     unlikely: float = 0.0
     vague: bool = False
+    measured: bool = False
     needs_steps: bool = False
     limits: str = ""
 

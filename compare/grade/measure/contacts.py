@@ -26,11 +26,14 @@ class Contact(NamedTuple):
     height_m: float
 
 
-def contacts(sample: SampledRows, measured: Measured, scene: Scene) -> Iterator[str]:
-    """Yield a sentence for each jump of the vertices' mean velocity without an impulse; only if no row was left out."""
+def contacts(sample: SampledRows, measured: Measured, scene: Scene, after: float) -> Iterator[str]:
+    """Yield a sentence for each jump of the vertices' mean velocity without an impulse; only if no row was left out.
+
+    after: time up to which the velocity jumps for another reason [s].
+    """
     if len(sample) < measured.rows / measured.throws or len(sample) < FEWEST:
         return
-    found = list(_found(sample, measured, scene))
+    found = [contact for contact in _found(sample, measured, scene) if contact.time > after]
     level = LEVEL * float(np.ptp(scene.body.points, axis=0).max())
     same = [contact for contact in found if _is_of_one_floor(contact, found[0], level)]
     if len(same) > 1:

@@ -7,6 +7,7 @@ import numpy as np
 from tumble.compare.grade.measure.conserved import fitted_pose
 from tumble.compare.grade.measure.contacts import contacts
 from tumble.compare.grade.measure.errors import Measured, SampledRows
+from tumble.compare.grade.measure.lateness import Lateness, lateness
 from tumble.compare.grade.measure.offset import Offset
 from tumble.compare.grade.read.digits import vector_text
 from tumble.scenarios.frames import Array, turned_by
@@ -40,12 +41,16 @@ def observations(
     seen = off > visible_m
     if offset is not None:
         yield from _offset(offset, points)
-    if offset is None or not offset.body.any():
+    late = lateness(sample.times, sample.vertices, sample.true, floors_m)
+    is_early = late is not None and late.seconds < 0
+    if (offset is None or not offset.body.any()) and not is_early:
         yield from _start(sample, float(visible_m[0]), points)
     yield from _still(sample, measured)
     yield from _right_until(sample, seen, scene)
     yield from _between(sample, seen, measured)
-    yield from contacts(sample, measured, scene)
+    if late is not None:
+        yield _late(late)
+    yield from contacts(sample, measured, scene, late.seconds + measured.spacing_s if late is not None else 0.0)
 
 
 def _clock(measured: Measured) -> Iterator[str]:
@@ -60,6 +65,13 @@ def _clock(measured: Measured) -> Iterator[str]:
         yield f"Rows are unevenly spaced: {intervals.min():.4g} to {intervals.max():.4g} s apart."
     elif lost:
         yield f"{lost} rows are missing: most rows are {measured.spacing_s:.4g} s apart, some {intervals.max():.4g} s."
+
+
+def _late(late: Lateness) -> str:
+    """Return that rows are late or early, as their first interval shows."""
+    if late.seconds > 0:
+        return f"Rows are {late.seconds:.4g} s late: the first interval shows less motion than those after it."
+    return f"Rows are {-late.seconds:.4g} s early: the first row is where the body is that much after its start."
 
 
 def _offset(offset: Offset, points: Array) -> Iterator[str]:

@@ -8,8 +8,9 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.explanation import Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
+from tumble.compare.grade.hypotheses.mistakes.output import OUTPUT_PARTS
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
-from tumble.compare.grade.search.changes import Changes, best_of_each
+from tumble.compare.grade.search.changes import RIGHT, Changes, best_of_each
 from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.proposals import STEPS
@@ -33,6 +34,10 @@ GLANCE = 0.25
 # Residual in floors by which a program is wrong; how far to look beyond the first row where it is, over its time and in
 # row intervals.
 SHOWN, BEYOND, ROWS_BEYOND = 30.0, 1.2, 6
+# Parts of a program of which a mistake shows in the first row.
+AT_ONCE = OUTPUT_PARTS | {"start position", "start attitude"}
+# Share of what is wrong in the first row that may be left by a mistake that explains it.
+UNSHOWN = 0.01
 # Two parts of the run that differ by a smaller factor are one.
 CLOSE = 1.1
 # Share of the first score that is little enough to look at more of the run.
@@ -82,6 +87,9 @@ class Candidate:
 class CausalSearch(Changes):
     """Searches for the mistakes of the program that wrote some rows; is_double: it is of double precision."""
 
+    # What the first rows show by themselves.
+    _known: Sequence[Mistakes] = ((),)
+
     def __init__(self, evaluator: Evaluator, is_double: bool = False) -> None:
         super().__init__(evaluator, evaluator.double_scale if is_double else evaluator.search_scale)
         self._evaluator, self._is_double = evaluator, is_double
@@ -101,33 +109,57 @@ class CausalSearch(Changes):
         stops_at: processor time [s]; on_progress: called with the share that is done.
         """
         self._stops_at = stops_at
-        pool, horizons = [Candidate((), 0.0, 0.0, False, 0.0)], self._horizons()
+        pool = [Candidate((), 0.0, 0.0, False, 0.0)]
         try:
-            if alone := self._alone(horizons):
+            if alone := self._alone(self._horizons()):
                 return alone
+            alike = self._shown_at_once()
             before = 0.0
             while before < self._context.duration:
                 on_progress(before / self._context.duration)
-                until = self._next_part(before, pool[0].mistakes)
+                until = self._next_part(before, alike[0])
                 self._begin(until)
-                alike = [c.mistakes for c in _distinct(pool)[:SWAPPED]]
                 begun = alike[:KEPT]
                 # A free translation is as good as a start velocity or an acceleration of any size.
                 single = _distinct([c for c in self._single.get(until, []) if not _is_free_translation(c)])
-                whole = self._fitted(()).score
+                whole = min(self._fitted(known).score for known in self._known)
                 nearly, half = ([c.mistakes for c in single if c.score < share * whole] for share in (NEARLY, HALF))
                 then = [c.mistakes for c in single[:SINGLE]]
                 others = filter(self._turns, dict.fromkeys((*half[:KEPT], *then)))
-                pool = self._explored([*begun, *nearly[:KEPT], ()], chain(self._same_before(begun[0], before), others))
+                others = chain(self._same_before(begun[0], before), others)
+                pool = self._explored([*begun, *nearly[:KEPT], *self._known], others)
                 pool = self._swapped(pool, alike)
                 if not pool[0].is_whole or _is_vague(pool[0]):
                     pool = self._named(pool, then)
+                alike = [c.mistakes for c in _distinct(pool)[:SWAPPED]]
                 before = until
         except SearchStopped:
             self.is_stopped = True
         finally:
             self.look_at_all()
         return pool
+
+    def _shown_at_once(self) -> list[Mistakes]:
+        """Return programs with what the first rows show by themselves: how late they are, and where the body starts.
+
+        Each explains the first row, if one mistake does.
+        """
+        late = self._evaluator.lateness
+        self._known = self._proposals.late(late) if late else [()]
+        self._look_at(float(self._sample.times[0]))
+        return [each for known in self._known for each in self._explaining_first_row(known)]
+
+    def _explaining_first_row(self, mistakes: Mistakes) -> list[Mistakes]:
+        """Return programs with one more mistake that explain the first row; the same program if it does, or none do."""
+        wrong = np.abs(self._simulations.errors([mistakes])).max()
+        if wrong <= SHOWN:
+            return [mistakes]
+        others = {h for h in self._proposals.hypotheses if h.part not in AT_ONCE or h.from_data}
+        more = self._proposals.with_one_more(mistakes, self._run(mistakes), True, others)
+        programs = [each for hypothesis, several in more if hypothesis.part in AT_ONCE for each in several]
+        left = np.abs(self._simulations.errors(programs)).max(axis=(1, 2, 3))
+        found = [each for each, off in zip(programs, left, strict=True) if off <= max(RIGHT, UNSHOWN * wrong)]
+        return found or [mistakes]
 
     def _swapped(self, pool: list[Candidate], alike: Sequence[Mistakes]) -> list[Candidate]:
         """Return programs, best first, and others that were as good before, with what has been added to the first one.
@@ -405,7 +437,7 @@ class CausalSearch(Changes):
         try:
             turned = [c for c in pool[:KEPT] if c.is_enough]  # only the translation is to be explained
             begun = [tuple(m for m in c.mistakes if not m.hypothesis.vague) for c in turned or pool[:KEPT]]
-            named = self._explored(begun, single) if turned else self._explored([*begun, *single, ()])
+            named = self._explored(begun, single) if turned else self._explored([*begun, *single, *self._known])
             return sorted((*pool, *named), key=lambda c: c.weight)
         finally:
             self._fit.is_free = True

@@ -116,7 +116,8 @@ class Changes(Parts):
         scores = self._profiled([program for _, program in tried], slopes)
         likely = [tried[number][1] for number in best_of_each([kind.key for kind, _ in tried], scores)]
         detailed = [each for one in likely[:DETAILED] for each in self._proposals.with_details(one)]
-        likely = list(dict.fromkeys((*likely[:PLACED], *detailed, *self._damped(likely[:PLACED]))))
+        ticks = [each for one in likely[:PLACED] for each in self._proposals.with_other_ticks(one)]
+        likely = list(dict.fromkeys((*likely[:PLACED], *detailed, *ticks, *self._damped(likely[:PLACED]))))
         scores = self._profiled(likely, slopes)
         found = self._best_fitted([likely[number] for number in np.argsort(scores, kind="stable")[:HOPEFUL]])
         without = [tuple(m for m in one if not m.hypothesis.vague) for one in found]
@@ -158,9 +159,10 @@ class Changes(Parts):
                 nearest = {s for ideal in ideals for s in self._proposals.steps_near(mistakes, self._until, ideal)}
                 wanted += [(kinds[number], self._upon(kinds[number], s)) for s in sorted(nearest) if s != first]
         # What happens at a tick does so by leaps: no length of a step follows from another one.
-        if any(m.hypothesis.at_ticks for m in mistakes):
-            steps = [step for step in self._context.parts if step != first]
-            wanted += [(kind, self._upon(kind, s)) for kind in kinds if self._proposals.is_plain(kind) for s in steps]
+        at_ticks = any(m.hypothesis.at_ticks for m in mistakes)
+        steps = [step for step in self._context.parts if at_ticks and step != first]
+        steps += [step for step in self._proposals.event_steps(mistakes, first, self._until) if step not in steps]
+        wanted += [(kind, self._upon(kind, s)) for kind in kinds if self._proposals.is_plain(kind) for s in steps]
         return wanted
 
     def _upon(self, kind: SchemeKind, step: float) -> Mistakes:

@@ -9,6 +9,7 @@ import numpy as np
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
 from tumble.compare.grade.hypotheses.explanation import Explanation
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
+from tumble.compare.grade.hypotheses.names import CLOCK_OFFSET, LOG_LAG
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.compare.grade.search.causal import CausalSearch
@@ -304,9 +305,13 @@ def _distinct(explanations: Iterable[Explanation]) -> Iterator[Explanation]:
 
 
 def _is_same_motion(one: Explanation, other: Explanation) -> bool:
-    """Return whether explanations of the same names leave the same of every row: their details have no effect."""
+    """Return whether explanations of the same names leave the same of every row: their details have no effect.
+
+    A clock that is ahead is a log that is early.
+    """
     sizes = (one.rms_m, other.rms_m), (one.max_m, other.max_m)
-    return one.names == other.names and all(abs(a - b) <= SAME_MOTION * b for a, b in sizes)
+    names, others = ({LOG_LAG if name == CLOCK_OFFSET else name for name in each.names} for each in (one, other))
+    return names == others and all(abs(a - b) <= SAME_MOTION * b for a, b in sizes)
 
 
 def _key(explanation: Explanation) -> frozenset[tuple]:

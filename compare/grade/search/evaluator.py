@@ -8,6 +8,7 @@ import numpy as np
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.measure.errors import SampledRows
+from tumble.compare.grade.measure.lateness import Lateness, lateness
 from tumble.compare.grade.measure.noise import white_noise_m
 from tumble.compare.grade.measure.significance import (
     EXPLAINED,
@@ -130,6 +131,12 @@ class Evaluator:
     def rests_from(self) -> float:
         """The time from which the rows rest [s]."""
         return rests_from(self.rows.times, self.rows.vertices, self.search_scale.floors_m)
+
+    @cached_property
+    def lateness(self) -> Lateness | None:
+        """By how much the rows are late, if their first interval shows it."""
+        rows = self.rows
+        return lateness(rows.times, rows.vertices, rows.true, self.search_scale.floors_m)
 
     @cached_property
     def _null_in_common(self) -> float:

@@ -18,6 +18,7 @@ from tumble.compare.grade.hypotheses.names import (
     SPIN_RECOVERED,
 )
 from tumble.compare.grade.hypotheses.scheme_hypotheses import TURNED_ASIDE, SchemeHypotheses, Step
+from tumble.compare.grade.measure.lateness import Lateness
 from tumble.compare.grade.model.kernel.dynamics import AFTER_FORCES, AS_FORCE, LINEARLY
 from tumble.compare.grade.model.program_model import next_tick
 
@@ -45,6 +46,8 @@ STORED_EITHER_WAY = ("none", "explicit", "implicit", "rescaled")
 STEPS_A_TICK = (1, 2, 4, 8)
 # Steps from one normalisation of a quaternion to the next that are tried with other details.
 RARE = (2, 5, 10, 20, 50, 60, 100)
+# Errors by which a measured lateness may be off a usual one.
+AS_NEAR = 3.0
 # Row intervals by which rows may be late.
 LATE = (-1, 1, 2, 3, 4, 5)
 DAMPED = ("linear damping", "angular damping")
@@ -106,8 +109,10 @@ class Proposals:
         self._place = {hypothesis: number for number, hypothesis in enumerate(hypotheses)}
         self._parts = {h.part: n for n, h in reversed(list(enumerate(hypotheses)))}
         self._recovered = next(h for h in hypotheses if h.name == SPIN_RECOVERED)
+        self._offset = next(h for h in hypotheses if h.name == CLOCK_OFFSET)
         self._rarely = next(h for h in hypotheses if h.name == RARELY_NORMALISED)
         self._equal = float(np.ptp(context.program.moments)) == 0.0
+        self._event_times = np.array([impulse.time for impulse in context.program.impulses])
 
     def ordered(self, mistakes: Sequence[Mistake]) -> Mistakes:
         """Return mistakes in the order in which a program makes them."""
@@ -166,8 +171,23 @@ class Proposals:
     def may_be_of_any_scheme(self, mistakes: Mistakes) -> list[Hypothesis]:
         """Return mistakes that programs in steps often have, of parts in which a program has none."""
         taken = {m.hypothesis.part for m in mistakes}
-        offset = next(h for h in self.hypotheses if h.name == CLOCK_OFFSET)
-        return [h for h in (self.angular_damping(mistakes), offset) if h.part not in taken]
+        return [h for h in (self.angular_damping(mistakes), self._offset) if h.part not in taken]
+
+    def late(self, measured: Lateness) -> list[Mistakes]:
+        """Return programs whose rows are as late as they have been measured to be.
+
+        By a usual time, if one is as near as that; and by a tick, if the rows may be between two of those.
+        """
+        spacing, late = self._context.spacing_s, abs(measured.seconds)
+        steps = (*STEPS_S, *(spacing / part for part in PARTS))
+        usual = {*(spacing * rows for rows in LATE if rows > 0), *(step * n for step in steps for n in IN_A_TICK)}
+        time = min(usual, key=lambda each: abs(each - late))
+        if abs(time - late) > NEAR * time + AS_NEAR * measured.error:
+            return [(Mistake(self._offset, -measured.seconds),)]
+        ticks = [Mistake(h, time) for h in self.hypotheses if h.part == "clock tick" and _has(h, time)]
+        between = [tick for tick in ticks if tick.hypothesis.change(self._context.program, time).clock.lag == 1.0]
+        log = self.schemes.late(1 if measured.seconds > 0 else -1)._replace(value=time)
+        return [(log,), *((tick,) for tick in between if measured.seconds > 0)]
 
     def with_others(self, mistakes: Mistakes, run: Run) -> Iterator[tuple[object, Mistakes]]:
         """Yield programs with another mistake of the same part, or of a twin, in the place of one; with a key."""
@@ -188,10 +208,26 @@ class Proposals:
         yield from self._with_other_details(mistakes)
 
     def _with_other_details(self, mistakes: Mistakes) -> Iterator[tuple[object, Mistakes]]:
-        """Yield programs that move the centre in another number of substeps, or never normalise the quaternion."""
+        """Yield programs that move the centre in another number of substeps, or look for events at other ticks."""
         for own, step in self._own_step(mistakes):
             for substeps in SUBSTEPS if not own.explicit else ():
                 yield ("details",), self._with_step(mistakes, step, replace(own, substeps=substeps))
+        for program in self.with_other_ticks(mistakes):
+            yield ("ticks",), program
+
+    def with_other_ticks(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+        """Yield programs with other ticks, of whole steps, if events happen at other instants then.
+
+        If events may be seen, others have shorter steps and the same ticks.
+        """
+        for own, step in self._own_step(mistakes):
+            tick = step.value * own.steps_a_tick
+            for number in STEPS_A_TICK:
+                if number != own.steps_a_tick and self._moves_events(tick, step.value * number):
+                    yield self._with_step(mistakes, step, replace(own, steps_a_tick=number))
+                if number > own.steps_a_tick and self._moves_events(tick, tick / number):
+                    shorter = Mistake(self.schemes.step(replace(own, steps_a_tick=number)), tick / number)
+                    yield tuple(shorter if m is step else m for m in mistakes)
 
     def _own_step(self, mistakes: Mistakes) -> Iterator[tuple[Step, Mistake]]:
         """Yield the step of a program in symplectic steps."""
@@ -203,7 +239,7 @@ class Proposals:
         return tuple(Mistake(self.schemes.step(other), m.value) if m is step else m for m in mistakes)
 
     def with_details(self, mistakes: Mistakes) -> Iterator[Mistakes]:
-        """Yield programs that take w from attitudes, look for events at other ticks, or write some steps late or early.
+        """Yield programs that take w from attitudes, or write some steps late or early.
 
         Others normalise a quaternion of first order rarely, since that has no effect on other rotations.
         """
@@ -219,11 +255,6 @@ class Proposals:
                     yield self.ordered((*first_order, rarely))
             if not own.normalise_every and self._context.program.impulses:
                 yield self._with_step(mistakes, step, replace(own, is_unit_used=not own.is_unit_used))
-            for number in STEPS_A_TICK:
-                if number != own.steps_a_tick and self._moves_events(
-                    step.value * own.steps_a_tick, step.value * number
-                ):
-                    yield self._with_step(mistakes, step, replace(own, steps_a_tick=number))
             if not any(m.hypothesis is self._recovered for m in mistakes):
                 yield self.ordered((*mistakes, Mistake(self._recovered)))
 
@@ -242,8 +273,7 @@ class Proposals:
 
     def _moves_events(self, tick: float, other: float) -> bool:
         """Whether impulses happen at other instants if they can at every other tick [s]."""
-        times = np.array([impulse.time for impulse in self._context.program.impulses])
-        return not np.allclose(next_tick(times, tick), next_tick(times, other))
+        return not np.allclose(next_tick(self._event_times, tick), next_tick(self._event_times, other))
 
     def damped_anywhere(self, mistakes: Mistakes, rate: float) -> Iterator[Mistakes]:
         """Yield programs with damping of the rotation at every place in the step, by a rate if they have none."""
@@ -341,12 +371,28 @@ class Proposals:
         found = dict.fromkeys([*(interval / part for part in (*ALWAYS, *usual, nearest)), *others])
         return [step for step in found if until <= MOST_STEPS * step]
 
+    def event_steps(self, mistakes: Mistakes, first: float, until: float) -> list[float]:
+        """Return usual steps with which events of the scene, until a time [s], happen at other instants than before."""
+        if self._has_tick(mistakes):
+            return []
+        times = [time for time in self._event_times if time <= until]
+        found = dict[tuple, float]()
+        for step in (first, *STEPS_S):
+            if until <= MOST_STEPS * step:
+                found.setdefault(tuple(np.round(next_tick(np.array(times), step), 9)), step)
+        return [step for step in found.values() if step != first]
+
     def _interval(self, mistakes: Mistakes) -> float:
         tick = next((m.value for m in mistakes if m.hypothesis.part == "clock tick"), 0.0)
         return tick or self._context.spacing_s
 
     def _has_tick(self, mistakes: Mistakes) -> bool:
         return any(m.hypothesis.part == "clock tick" for m in mistakes)
+
+
+def _has(hypothesis: Hypothesis, value: float) -> bool:
+    """Return whether a value is one of those of a hypothesis that are tried first."""
+    return any(abs(each - value) <= NEAR * value for each in hypothesis.values)
 
 
 def _is_placed(hypothesis: Hypothesis) -> bool:

@@ -52,6 +52,15 @@ def test_of_explanations_with_the_same_motion_the_first_is_told():
     assert list(_distinct([exponential, first_order, other])) == [exponential, other]
 
 
+def test_a_clock_that_is_ahead_is_told_once_and_not_as_an_early_log_as_well():
+    early, ahead, more = (
+        with_detail(name, "", "", rms)
+        for name, rms in (("log-lag", 1.0), ("clock-offset", 1.0 + 1e-9), ("clock-offset", 1.1))
+    )
+    assert list(_distinct([early, ahead])) == [early]
+    assert list(_distinct([early, more])) == [early, more]
+
+
 def test_of_explanations_that_single_precision_hides_one_with_plain_values_is_told():
     evaluator = SimpleNamespace(scale=SimpleNamespace(floor_m=0.01), cost=lambda mistakes: 1.0)
     rate = Hypothesis("rate", "rate", "{}", lambda program, _: program, (0.1, 1.0))

@@ -7,6 +7,7 @@ import pytest
 from pose_files import POINTS, SKEWED, write_poses
 
 from tumble.compare.grade.grade import EXPLAINED_WHOLLY, context_of, grade
+from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.model.program_model import FINE, correct_program, output_points
@@ -41,3 +42,5 @@ def test_an_offset_that_was_measured_is_tried_as_it_is(tmp_path, offset):
     [point] = [each for each in hypotheses(context) if each.name == "constant-offset-in-body-axes"]
     assert point.values == ((0.0, 0.0, 0.0),) + ((offset,) if offset else ())
     assert point.vague == (offset is None)
+    moved = Explanation((Mistake(point, (0.0, 0.0, 0.17999)),), 0.0, 0.0, True, False, 0.0, 0.0)
+    assert moved.odd_values == (offset is None), "what rows show by themselves needs no plain value"

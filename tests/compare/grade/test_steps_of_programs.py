@@ -83,13 +83,24 @@ def test_rows_too_dense_for_any_step_are_diagnosed(tmp_path):
     assert "start-spin-reversed" in found.diagnosis.best.names
 
 
-def test_a_quaternion_that_is_normalised_rarely_is_tried_with_its_update(tmp_path):
-    """Only of one that is updated to first order does that show, so both are tried together, once."""
-    scene = read_scene("dzhanibekov")
+@pytest.fixture
+def proposals(tmp_path, request):
+    """What is tried for rows of a program without a mistake, of the scene that a test asks for."""
+    scene = read_scene(request.param)
     pose = correct_program(scene, 0).output(np.arange(101) * 0.01, FINE)
     file = write_poses(tmp_path / "right.csv", pose.times, pose.x, pose.q)
     context = context_of(scene, 0, measure(Trajectory(file, scene, {}), scene))
-    proposals = Proposals(context, hypotheses(context))
+    return Proposals(context, hypotheses(context))
+
+
+def symplectic(proposals, step_s, steps_a_tick=1):
+    """Return the mistake of steps of symplectic Euler [s]."""
+    return Mistake(proposals.schemes.step(Step("explicit", "exponential", steps_a_tick=steps_a_tick)), step_s)
+
+
+@pytest.mark.parametrize("proposals", ["dzhanibekov"], indirect=True)
+def test_a_quaternion_that_is_normalised_rarely_is_tried_with_its_update(proposals):
+    """Only of one that is updated to first order does that show, so both are tried together, once."""
     step = Mistake(proposals.schemes.step(Step("explicit", "exponential", explicit=True)), 0.01)
     every_ten = "quaternion normalised only every 10 steps"
     [rarely] = [program for program in proposals.with_details((step,)) if every_ten in (m.text for m in program)]
@@ -125,17 +136,31 @@ def test_friction_that_acts_at_the_end_of_each_step_is_named_with_the_step(tmp_p
     assert explained(file, scene) == {"dry-friction": pytest.approx(friction), "runge-kutta-4": pytest.approx(dt)}
 
 
-def test_rows_may_be_late_by_several_steps(tmp_path):
+@pytest.mark.parametrize("proposals", ["dzhanibekov"], indirect=True)
+def test_rows_may_be_late_by_several_steps(proposals):
     """A program of several steps a tick logs the tick before."""
-    scene = read_scene("dzhanibekov")
-    pose = correct_program(scene, 0).output(np.arange(101) * 0.01, FINE)
-    file = write_poses(tmp_path / "right.csv", pose.times, pose.x, pose.q)
-    proposals = Proposals(
-        context := context_of(scene, 0, measure(Trajectory(file, scene, {}), scene)), hypotheses(context)
-    )
-    step = Mistake(proposals.schemes.step(Step("explicit", "exponential")), 0.005)
-    late = [m.value for program in proposals.with_details((step,)) for m in program if m.hypothesis.name == "log-lag"]
+    programs = proposals.with_details((symplectic(proposals, 0.005),))
+    late = [m.value for program in programs for m in program if m.hypothesis.name == "log-lag"]
     assert set(late) == {0.005, 0.01, 0.02, 0.04}
+
+
+@pytest.mark.parametrize("proposals", ["two-hits"], indirect=True)
+@pytest.mark.parametrize(
+    ("step_s", "others"),
+    [(0.01, {(0.01, 2), (0.01, 4), (0.01, 8)}), (0.02, {(0.02, 4), (0.02, 8), (0.01, 2), (0.005, 4), (0.0025, 8)})],
+)
+def test_steps_of_other_ticks_are_tried_if_an_impulse_acts_at_another_instant_then(proposals, step_s, others):
+    """The second impulse is at 0.75 s: a step of 10 ms is there, one of 20 ms or two of 10 ms 10 ms later."""
+    tried = proposals.with_other_ticks((symplectic(proposals, step_s),))
+    made = {symplectic(proposals, *each).text: each for each in others}
+    assert {made[step.text] for [step] in tried} == others
+
+
+@pytest.mark.parametrize("proposals", ["two-hits"], indirect=True)
+@pytest.mark.parametrize(("until", "steps"), [(1.0, [1 / 30, 0.02]), (0.5, [])])
+def test_usual_steps_are_tried_with_which_an_impulse_acts_at_another_instant(proposals, until, steps):
+    """No estimate leads from a step of 10 ms to those; before the impulse they need not be tried."""
+    assert proposals.event_steps((), 0.01, until) == pytest.approx(steps)
 
 
 def test_a_limit_is_refined_with_the_step_by_which_it_is_exceeded(tmp_path):

@@ -107,6 +107,7 @@ def _logged_points(context: Context) -> Iterator[Hypothesis]:
             unit="m",
             scale=float(np.abs(points).max()),
             vague=context.offset is None,
+            measured=context.offset is not None,
         )
     if context.kind == "vertices" or not 0 < len(points) <= MOST_VERTICES:
         return
