@@ -1,8 +1,13 @@
-"""The mistakes of a file that `tumble grade` explains."""
+"""The mistakes of a file that `tumble grade` explains, and the evaluator with which it does."""
 
 from pathlib import Path
 
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, SEARCH_S, grade
+from tumble.compare.grade.grade import EXPLAINED_WHOLLY, SEARCH_S, context_of, grade, scale_of
+from tumble.compare.grade.hypotheses.mistakes import hypotheses
+from tumble.compare.grade.measure.errors import measure
+from tumble.compare.grade.model.program_model import output_points
+from tumble.compare.grade.read.trajectory import Trajectory
+from tumble.compare.grade.search.evaluator import Evaluator
 
 
 def explained(file, scene, search_s=SEARCH_S):
@@ -10,3 +15,12 @@ def explained(file, scene, search_s=SEARCH_S):
     found = grade(Path(file), scene, {}, search_s=search_s)
     assert found.verdict == EXPLAINED_WHOLLY, found.diagnosis.best.names
     return {mistake.hypothesis.name: mistake.value for mistake in found.diagnosis.best.mistakes}
+
+
+def evaluator_of(file, scene):
+    """Return what evaluates mistakes against the rows of a file, and every mistake that there is."""
+    measured = measure(Trajectory(Path(file), scene, {}), scene)
+    context = context_of(scene, 0, measured)
+    every = hypotheses(context)
+    scale = scale_of(measured.sample, scene)
+    return Evaluator(context, every, measured.sample, output_points(scene.body), scale), every

@@ -62,6 +62,7 @@ class Closing:
     def simplified(self, best: Explanation) -> Explanation:
         """Return an explanation of everything without what has no effect, and with plain values."""
         simple = self._without_mistakes(best)
+        simple = self._named(simple)
         simple = self._plain(simple)
         simple = self._without_mistakes(simple)
         simple = self._without_details(simple)
@@ -147,6 +148,16 @@ class Closing:
             if mistake.is_nearly_right(SUSPECT):
                 others = [self._evaluator.in_short_steps(fewer) for fewer in others]
             best = next((fewer for fewer in others if self.is_as_good(fewer, best)), best)
+        return best
+
+    def _named(self, best: Explanation) -> Explanation:
+        """Return an explanation with mistakes that have no fitted value in the place of those that explain anything."""
+        for vague in (m for m in best.mistakes if m.hypothesis.vague):
+            part = vague.hypothesis.part
+            named = [h for h in self._proposals.hypotheses if h.part == part and not h.fitted]
+            values = [Mistake(hypothesis, value) for hypothesis in named for value in hypothesis.values or (0.0,)]
+            others = tuple(tuple(one if m is vague else m for m in best.mistakes) for one in values)
+            best = self._first_as_good(best, others)
         return best
 
     def _with_plain_ticks(self, mistakes: Mistakes) -> Mistakes:

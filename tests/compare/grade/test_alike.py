@@ -5,13 +5,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from explained import explained
+from explained import evaluator_of, explained
 from explanations import hypothesis, mistakes_of
 from planted import Spoilt
+from pose_files import write_poses
 from programs import Program, fly, read, write
 
 from tumble.compare.grade.hypotheses.explanation import Mistake
+from tumble.compare.grade.model.program_model import FINE, correct_program
 from tumble.compare.grade.search.causal import Candidate, CausalSearch
+from tumble.compare.grade.search.closing import Closing
 from tumble.compare.grade.search.proposals import _same_values
 from tumble.scenarios.read import read_scene, scene_path
 
@@ -78,6 +81,24 @@ def test_errors_of_many_sizes_of_the_body_have_their_causes(tmp_path):
     rows = [(t, 100.0 * x, *rest) for t, x, *rest in fly(thrown, Program(dt=0.001, every=25))]
     file = write(tmp_path / "cm.csv", rows, read(thrown).vertices, form="{:.8g}".format)
     assert mistakes(file, scene_file).keys() == {"wrong-length-unit", "gravity-added"}
+
+
+@pytest.mark.parametrize(
+    ("acceleration", "name"), [((0.0, -9.81, 0.0), "gravity-added"), ((0.5, -9.8, 0.0), "constant-acceleration")]
+)
+def test_what_has_a_name_is_named_before_its_values_are_made_plain(tmp_path, acceleration, name):
+    """An acceleration of any size and direction explains gravity as well as gravity does."""
+    thrown, scene_file = tmp_path / "thrown.toml", tmp_path / "weightless.toml"
+    without = SMALL.replace("gravity = [0.0, -9.81, 0.0]\n", "")
+    thrown.write_text(f"gravity = {list(acceleration)}\n{without}", encoding="utf-8")
+    scene_file.write_text(without, encoding="utf-8")
+    pose = correct_program(read_scene(str(thrown)), 0).output(np.arange(61) * 0.05, FINE)
+    file = write_poses(tmp_path / "right.csv", pose.times, pose.x, pose.q)
+    evaluator, every = evaluator_of(file, read_scene(str(scene_file)))
+    any_size = next(h for h in every if h.name == "constant-acceleration")
+    best = evaluator.explain((Mistake(any_size, acceleration),))
+    assert best.is_whole
+    assert Closing(evaluator, CausalSearch(evaluator)).simplified(best).names == {name}
 
 
 class HitAtItsCentre(Spoilt):

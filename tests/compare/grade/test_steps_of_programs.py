@@ -4,20 +4,19 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from explained import explained
+from explained import evaluator_of, explained
 from pose_files import SKEWED, write_poses
 from programs import Program, fly, read, write
 
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, context_of, grade, scale_of
+from tumble.compare.grade.grade import EXPLAINED_WHOLLY, context_of, grade
 from tumble.compare.grade.hypotheses.explanation import Mistake
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
 from tumble.compare.grade.measure.errors import measure
-from tumble.compare.grade.model.program_model import FINE, correct_program, output_points
+from tumble.compare.grade.model.program_model import FINE, correct_program
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.closing import Closing
-from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.proposals import Proposals
 from tumble.scenarios.read import read_scene, scene_path
 
@@ -167,10 +166,7 @@ def test_a_limit_is_refined_with_the_step_by_which_it_is_exceeded(tmp_path):
     """A fall at a limit is faster by what gravity adds in a step: a larger one in shorter steps is nearly the same."""
     scene, dt, cap = falling(tmp_path), 0.004, 3.1
     file = fallen(tmp_path, scene, dt, lambda v: v * min(1.0, cap / np.linalg.norm(v)))
-    measured = measure(Trajectory(file, scene, {}), scene)
-    context = context_of(scene, 0, measured)
-    every, scale = hypotheses(context), scale_of(measured.sample, scene)
-    evaluator = Evaluator(context, every, measured.sample, output_points(scene.body), scale)
+    evaluator, every = evaluator_of(file, scene)
     limit, method = (next(h for h in every if h.name == name) for name in ("speed-cap", "runge-kutta-4"))
     nearly = evaluator.explain((Mistake(limit, 3.1005), Mistake(method, 0.001)))
     refined = Closing(evaluator, CausalSearch(evaluator)).refined(nearly)
