@@ -160,7 +160,12 @@ def sense(world):
 
 def vertices(world, points):
     """Return the points [m], (N, n, 3), of the body as the method has deformed it; None of a method that cannot."""
-    return None if isinstance(world.flight, ContactFlight) else world.flight.vertices(points)
+    return world.flight.vertices(points) if deforms(world.flight) else None
+
+
+def deforms(flight):
+    """Whether the method of a flight may keep a matrix that is no rotation."""
+    return not (isinstance(flight, ContactFlight) or flight.method.rigid)
 
 
 def soft_law(world):
@@ -188,6 +193,8 @@ def audit(world):
     turn, stable = np.max(np.linalg.norm(flight.read()[:, 10:13], axis=1)) * flight.dt, flight.method.stable_turn
     if stable is not None and turn > stable:
         findings.append(("unstable", f"beyond its stability limit: |w| dt = {turn:.3g} > {stable:.3g}"))
+    if not deforms(flight):
+        return findings
     matrices = flight.matrices()
     strain = np.max(np.abs(np.swapaxes(matrices, 1, 2) @ matrices - np.eye(3)))
     if strain > LARGEST_STRAIN:

@@ -18,11 +18,10 @@ from tumble.compare.motion.schemas import (
     DeformedRow,
     FaceRow,
     LoadRow,
-    MotionRow,
     PointRow,
 )
 from tumble.compare.run.flight import Trajectory
-from tumble.compare.tables.frames import frame
+from tumble.compare.tables.frames import frame, typed
 from tumble.compare.tables.runs import vector_columns
 from tumble.compare.tables.trajectory import STATE_COLUMNS
 from tumble.scenarios.frames import Array, vertices
@@ -53,7 +52,7 @@ def film_tables(films: Sequence[Film]) -> dict[str, pd.DataFrame]:
         POINTS.file: frame(POINTS, (row for film in films for row in point_rows(film.scene))),
         FACES.file: frame(FACES, (row for film in films for row in face_rows(film.scene))),
         ACTS.file: frame(ACTS, (row for film in films for row in act_rows(film))),
-        MOTION.file: frame(MOTION, (row for film in films for row in motion_rows(film))),
+        MOTION.file: motion_table(films),
         DEFORMED.file: frame(DEFORMED, (row for film in films for row in deformed_rows(film))),
     }
 
@@ -144,40 +143,55 @@ def load_row(scene: Scene, kind: str, time: float, place: Array, vector: Array) 
     return LoadRow(scene=scene.name, kind=kind, t_s=time, **vectors)
 
 
-def motion_rows(film: Film) -> Iterator[MotionRow]:
-    """Yield the rows of the reference, then those of every contestant as far as it is finite."""
-    yield from rows_of(film, (TRUTH, ""), 0.0, film.truth.states[:, 0], film.truth.vertices[:, 0])
+def motion_table(films: Sequence[Film]) -> pd.DataFrame:
+    """Return motion.csv: the rows of each reference, then those of every contestant as far as it is finite."""
+    parts = [motion_columns(film, *shown) for film in films for shown in all_shown(film)]
+    return typed(MOTION, {name: np.concatenate([part[name] for part in parts]) for name in MOTION.names if parts})
+
+
+def all_shown(film: Film) -> Iterator[tuple[tuple[str, str], float, Array, Array]]:
+    """Yield engine and method, step [s], states (R, 13) and vertices (R, n, 3) [m] of the reference and of each run."""
+    yield (TRUTH, ""), 0.0, film.truth.states[:, 0], film.truth.vertices[:, 0]
     known = len(film.truth.times)
     for contestant, trajectory in film.trajectories.items():
-        yield from rows_of(film, contestant, film.dt, trajectory.states[:known, 0], trajectory.vertices[:known, 0])
+        yield contestant, film.dt, trajectory.states[:known, 0], trajectory.vertices[:known, 0]
 
 
-def rows_of(film: Film, contestant: tuple[str, str], dt_s: float, states: Array, points: Array) -> Iterator[MotionRow]:
-    """Yield the rows of one: states (R, 13), vertices (R, n, 3) [m]."""
+def motion_columns(
+    film: Film, contestant: tuple[str, str], dt_s: float, states: Array, points: Array
+) -> dict[str, Array]:
+    """Return the columns of one: states (R, 13), vertices (R, n, 3) [m]."""
+    rows = finite_rows(states, points)
+    states, points = states[:rows], points[:rows]
     body, true = film.scene.body, film.truth.states[:, 0]
-    engine, method = contestant
-    with np.errstate(all="ignore"):  # a run that diverged has no figures
-        errors = np.linalg.norm(points - film.truth.vertices[:, 0], axis=-1).max(axis=-1)
-        energy, energy_true = (mechanics.energy(each, body, film.scene.gravity) for each in (states, true))
-        l_world, l_true = (mechanics.angular_momentum(each, body) for each in (states, true))
+    with np.errstate(all="ignore"):  # what diverges is finite before its energy is
+        errors = np.linalg.norm(points - film.truth.vertices[:rows, 0], axis=-1).max(axis=-1)
+        energy, energy_true = (mechanics.energy(each, body, film.scene.gravity) for each in (states, true[:rows]))
+        l_true = np.linalg.norm(mechanics.angular_momentum(true, body), axis=-1).max() or 1.0
+        l_error = mechanics.angular_momentum(states, body) - mechanics.angular_momentum(true[:rows], body)
+        energy_drift = (energy - energy_true) / (mechanics.kinetic_energy(true, body).max() or 1.0)
         l_body = body.moments * mechanics.in_body_axes(states, states[:, 10:13])
-        energy_drifts = (energy - energy_true) / (mechanics.kinetic_energy(true, body).max() or 1.0)
-        l_drifts = np.linalg.norm(l_world - l_true, axis=-1) / (np.linalg.norm(l_true, axis=-1).max() or 1.0)
-    for row, time in enumerate(film.truth.times.tolist()):
-        if not (np.isfinite(states[row]).all() and np.isfinite(points[row]).all()):
-            return
-        yield MotionRow(
-            scene=film.scene.name,
-            engine=engine,
-            method=method,
-            dt_s=dt_s,
-            t_s=time,
-            **vector_columns(states[row], *STATE_COLUMNS[1:]),
-            **vector_columns(l_body[row], "l1_kg_m2_s", "l2_kg_m2_s", "l3_kg_m2_s"),
-            error_m=float(errors[row]),
-            energy_drift=float(energy_drifts[row]),
-            angular_momentum_drift=float(l_drifts[row]),
-        )
+        angular_momentum_drift = np.linalg.norm(l_error, axis=-1) / l_true
+    return {
+        **same_in_rows(rows, scene=film.scene.name, engine=contestant[0], method=contestant[1], dt_s=dt_s),
+        "t_s": film.truth.times[:rows],
+        **dict(zip(STATE_COLUMNS[1:], states.T, strict=True)),
+        **dict(zip(("l1_kg_m2_s", "l2_kg_m2_s", "l3_kg_m2_s"), l_body.T, strict=True)),
+        "error_m": errors,
+        "energy_drift": energy_drift,
+        "angular_momentum_drift": angular_momentum_drift,
+    }
+
+
+def finite_rows(states: Array, points: Array) -> int:
+    """Return how many rows there are before the first that is not finite: states (R, 13), vertices (R, n, 3)."""
+    finite = np.isfinite(states).all(axis=1) & np.isfinite(points).all(axis=(1, 2))
+    return len(finite) if finite.all() else int(np.argmin(finite))
+
+
+def same_in_rows(count: int, **values: object) -> dict[str, Array]:
+    """Return columns that have the same value in so many rows."""
+    return {name: np.full(count, value, dtype=object) for name, value in values.items()}
 
 
 def deformed(film: Film) -> dict[tuple[str, str], Trajectory]:

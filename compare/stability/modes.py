@@ -70,7 +70,7 @@ def pulled(scene: Scene, state: Array, axes: Array) -> Array:
 
     size = scene.body.reach
     steps = DIFFERENCE * np.repeat((size, 1.0, size, 1.0), 3)
-    sides = [np.array([moved(state, axes, sign * change) for change in np.diag(steps)]) for sign in (1.0, -1.0)]
+    sides = [moved(state, axes, sign * np.diag(steps)) for sign in (1.0, -1.0)]
     ahead, behind = map(wrench(scene), sides)
     # The torque is needed in the axes of the rotated body, R exp(phi~).
     for wrenches, states in zip((ahead, behind), sides, strict=True):
@@ -79,9 +79,10 @@ def pulled(scene: Scene, state: Array, axes: Array) -> Array:
     return ((ahead - behind) / (2 * steps[:, None]) / inertia).T
 
 
-def moved(state: Array, axes: Array, change: Array) -> Array:
-    """Return a state, (13,), moved by small x, phi, v and w, (12,)."""
-    turn = np.array((1.0, *(change[3:6] / 2)))
-    q = quaternion_product(state[3:7], turn / np.linalg.norm(turn))
-    w_body = axes.T @ state[10:13] + change[9:12]
-    return np.concatenate((state[0:3] + change[0:3], q, state[7:10] + change[6:9], rotation_matrix(q) @ w_body))
+def moved(state: Array, axes: Array, changes: Array) -> Array:
+    """Return a state, (13,), moved by each of n small x, phi, v and w, (n, 12); (n, 13)."""
+    x, turn, v, w_body = np.split(changes, 4, axis=1)
+    turns = np.hstack((np.ones((len(changes), 1)), turn / 2))
+    q = quaternion_product(state[3:7], turns / np.linalg.norm(turns, axis=1, keepdims=True))
+    w = np.einsum("nij,nj->ni", rotation_matrix(q), axes.T @ state[10:13] + w_body)
+    return np.hstack((state[0:3] + x, q, state[7:10] + v, w))

@@ -3,12 +3,15 @@
 A scene is run at several values of the parameter that makes it stiff (`natural_parameter`), each for the same number of
 radians of its stiffest mode, so that the step is w dt on one scale for all.  Every cell of the map is a run compared
 with the reference.  The limit is then found at the scene's own value by bisection, with runs of PROBED steps of exactly
-one length, which need no reference: up to the limit the energy stays bounded (`verdict.bounded`).
+one length, which need no reference: up to the limit the energy stays bounded (`verdict.bounded`).  Where theory has a
+limit, the search begins just below and just above it.
 """
 
 import math
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -18,7 +21,7 @@ from tumble.compare.judge.verdict import Verdict, bounded, verdict
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.stability.columns import PROBED, ROWS, Column, Question, truth_of
 from tumble.compare.stability.schemas import LimitRow, StabilityRow
-from tumble.compare.stability.theory import theory
+from tumble.compare.stability.theory import Theory, theory
 from tumble.compare.tables.runs import boundless, contestant_columns, status_columns
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import Truth
@@ -186,10 +189,18 @@ class Trials:
             bad, beyond = bad - 1, found.verdict.word
         if 0 < bad < len(ladder):
             low, high = ladder[bad - 1].dt, ladder[bad].dt
-            dt = edge(low, high, lambda dt: self.probe(dt).bounded, self.effort.precision)
+            rate = ladder[0].column.mode.rate
+            near = self.theory.w_dt / rate if self.theory else None
+            dt = edge(low, high, lambda dt: self.probe(dt).bounded, self.effort.precision, near)
             if self.probe(HALF * dt, LONGER * PROBED).bounded:
-                return dt * ladder[0].column.mode.rate, beyond
+                return dt * rate, beyond
         return (math.inf if bad == len(ladder) else 0.0), beyond
+
+    @cached_property
+    def theory(self) -> Theory | None:
+        """The limit at the scene's own value by theory."""
+        column = self.question.columns[self.question.own]
+        return theory(self.running_engine, self.method, column.scene, column.mode)
 
     @staticmethod
     def farthest(cell: Cell) -> float:
@@ -227,8 +238,7 @@ class Trials:
         note: str = "",
     ) -> LimitRow:
         """Return the row of limits, with theory's beside it."""
-        column = self.question.columns[self.question.own]
-        known = theory(self.running_engine, self.method, column.scene, column.mode)
+        column, known = self.question.columns[self.question.own], self.theory
         return LimitRow(
             scene=column.scene.name,
             engine=self.running_engine.title,
@@ -247,8 +257,18 @@ class Trials:
         )
 
 
-def edge(low: float, high: float, holds: Callable[[float], bool], within: float) -> float:
-    """Return the largest number at which `holds`, true at low and false at high, is true, to a relative precision."""
+def edge(low: float, high: float, holds: Callable[[float], bool], within: float, near: float | None = None) -> float:
+    """Return the largest number at which `holds`, true at low and false at high, is true, to a relative precision.
+
+    near: where it may be; just below and just above that are tried first, then farther and farther from it.
+    """
+    if near is not None and low < near < high:
+        factor = math.sqrt(1 + within) * (1 - sys.float_info.epsilon)
+        while low < near / factor or near * factor < high:
+            for tried in (near / factor, near * factor):
+                if low < tried < high:
+                    low, high = (tried, high) if holds(tried) else (low, tried)
+            factor = factor**4
     while high > (1 + within) * low:
         middle = math.sqrt(low * high)
         low, high = (middle, high) if holds(middle) else (low, middle)

@@ -1,5 +1,6 @@
 """How far a truth can be trusted, and how far a program in doubles can be held to it."""
 
+from collections.abc import Sequence
 from random import Random
 from typing import Any, NamedTuple
 
@@ -176,17 +177,18 @@ def _in_doubles(mp: Any, throw: Throw) -> Flight:
 
 def _moved(plain: Flight, changed: Flight, throw: Throw, other: Throw) -> Array:
     """Return the largest move of a vertex, as it is and about the centre [m], (R, 2)."""
-    pairs = zip(plain.poses, changed.poses, strict=True)
-    return np.array([movement(*pair, throw.points, other.points) for pair in pairs])
+    return movements(plain.poses, changed.poses, throw.points, other.points)
 
 
-def movement(pose: Pose, changed: Pose, points: Numbers, changed_points: Numbers) -> Array:
-    """Return the largest move of a vertex, as it is and about the centre [m], (2,).
+def movements(poses: Sequence[Pose], changed: Sequence[Pose], points: Numbers, changed_points: Numbers) -> Array:
+    """Return the largest move of a vertex from pose to pose, as it is and about the centre [m], (R, 2).
 
-    It is subtracted in exact numbers, then measured in doubles.
+    R: of the shorter list.  It is subtracted in exact numbers, then measured in doubles.
     """
-    x = (changed.x - pose.x).astype(float)
-    turned = (changed.axes - pose.axes).astype(float)
-    grown = (changed_points - points).astype(float)
-    about = points.astype(float) @ turned.T + grown @ changed.axes.astype(float).T
-    return np.linalg.norm((x + about, about), axis=-1).max(axis=-1)
+    rows = min(len(poses), len(changed))
+    x, x_changed = (np.array([pose.x for pose in each[:rows]]).reshape(-1, 3) for each in (poses, changed))
+    axes, axes_changed = (np.array([pose.axes for pose in each[:rows]]).reshape(-1, 3, 3) for each in (poses, changed))
+    turned, grown = (axes_changed - axes).astype(float), (changed_points - points).astype(float)
+    about = points.astype(float) @ np.swapaxes(turned, 1, 2) + grown @ np.swapaxes(axes_changed.astype(float), 1, 2)
+    moved = (x_changed - x).astype(float)[:, None] + about
+    return np.linalg.norm((moved, about), axis=-1).max(axis=-1).T

@@ -10,7 +10,7 @@ from tumble.scenarios.scene import Body, Scene
 from tumble.scenarios.truth import NoTruth, ShareCallback, rounded_vertices
 from tumble.scenarios.truth.contact.motion import Changed, Motion, changed_timelines, motion_of, moves_of, poses_of
 from tumble.scenarios.truth.contact.record import ContactRecord, recorded, state_of
-from tumble.scenarios.truth.resolution import movement, rounding
+from tumble.scenarios.truth.resolution import movements, rounding
 
 HOW = "exact: closed forms between events, certified instants, Taylor series in the impulse"
 
@@ -61,8 +61,7 @@ def _row(mp: Any, scene: Scene, row: int, motion: Motion, changed: list[Changed]
         q *= 1 if before @ q >= 0 else -1
         before = q
     vertices = rounded_vertices(finer, throw.points, motion.bits) if finer else np.empty((0, len(throw.points), 3))
-    apart = [movement(*pair, throw.points, throw.points)[0] for pair in zip(finer, rougher, strict=False)]
-    bound = np.array(apart) + rounding(vertices) + _laid(motion)
+    bound = movements(finer, rougher, throw.points, throw.points)[:, 0] + rounding(vertices) + _laid(motion)
     moved = np.zeros(len(finer))
     for other in changed[1:]:
         moves = moves_of(motion, changed[0], other)[: len(finer)]
@@ -81,4 +80,4 @@ def _laid(motion: Motion) -> float:
     if not motion.finer.phases:
         return 0.0
     start, points = motion.setting.start, motion.setting.throw.points
-    return float(movement(start, motion.finer.phases[0].at(motion.setting.mp.zero), points, points)[0])
+    return float(movements([start], [motion.finer.phases[0].at(motion.setting.mp.zero)], points, points)[0, 0])

@@ -12,7 +12,7 @@ from tumble.scenarios.truth.contact.timeline import Timeline, timeline
 from tumble.scenarios.truth.deadline import current
 from tumble.scenarios.truth.flight import Pose
 from tumble.scenarios.truth.rational import Fraction
-from tumble.scenarios.truth.resolution import AGREEMENT, PATTERNS, movement
+from tumble.scenarios.truth.resolution import AGREEMENT, PATTERNS, movements
 from tumble.scenarios.truth.throw import Read, changing
 
 # Bits of the rougher motion and of the finer, and what follows where they do not agree.
@@ -105,11 +105,8 @@ def _in_proportion(motion: Motion, plain: Changed, there: Changed, back: Changed
 
 def moves_of(motion: Motion, plain: Changed, changed: Changed) -> Array:
     """Return how far a vertex moves at each known instant, for half the last bits [m], (R,)."""
-    moves = []
     points = (plain.setting.throw.points, changed.setting.throw.points)
-    for before, after in zip(plain.poses, changed.poses, strict=False):
-        moves.append(movement(before, after, *points)[0])
-    return np.array(moves) / abs(changed.share)
+    return movements(plain.poses, changed.poses, *points)[:, 0] / abs(changed.share)
 
 
 def poses_of(setting: Setting, motion: Timeline) -> list[Pose]:

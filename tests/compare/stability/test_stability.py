@@ -36,7 +36,7 @@ from tumble.compare.stability.theory import (
     semi_implicit_euler,
     theory,
 )
-from tumble.compare.stability.trials import STEPS, Effort, Piece, Trials
+from tumble.compare.stability.trials import STEPS, Effort, Piece, Trials, edge
 from tumble.scenarios.read import BadScene, read_scene
 from tumble.scenarios.scene import Scene
 from tumble.scenarios.truth import truth
@@ -118,6 +118,20 @@ def test_theory_knows_bullet_and_says_nothing_of_strangers():
         assert theory(ours, "rk4", SPIN, mode) is None
         assert theory(springs, "symplectic", SPIN, mode) is None
         assert theory(springs, "symplectic", TETHER, stiffest_mode(TETHER)) is None
+
+
+@pytest.mark.parametrize("limit", [1.0, 1.003, 1.5, 1.995])
+@pytest.mark.parametrize("near", [None, 0.0, 1.0, 1.003, 1.4, 1.5, 1.993, 3.0, math.inf])
+def test_a_limit_is_found_wherever_it_was_expected(limit, near):
+    """Within 1 %, as by bisection alone; where it was expected, two runs are enough."""
+    tried = []
+    found = edge(1.0, 2.0, lambda dt: tried.append(dt) or dt <= limit, 0.01, near)
+    assert limit / 1.01 <= found <= limit
+    assert len(set(tried)) == len(tried)
+    if near == limit == 1.5:
+        assert len(tried) == 2
+    # By bisection 7, as ln 2 / ln 1.01 = 70 < 2^7; else 2 where it was expected, 3 farther away, and the rest.
+    assert len(tried) <= (7 if near is None or not 1 < near < 2 else 2 + 3 + 6)
 
 
 # Which number, and which flights.
