@@ -96,7 +96,8 @@ def headline(grade: Grade) -> str:
         return f"{grade.file} is too coarse to grade: {coarse(grade)}. Print more digits."
     wrong = f"{grade.file} is wrong: {largest}."
     if grade.verdict == TOO_LITTLE and diagnosis is not None and diagnosis.is_open:
-        return f"{wrong} Single precision in short steps would explain that, and so may a mistake."
+        how = "that rounds in the same direction in every step" if diagnosis.best.drift else "in short steps"
+        return f"{wrong} Single precision {how} would explain that, and so may a mistake."
     if grade.verdict == TOO_LITTLE and diagnosis is not None and diagnosis.null.within_floor:
         return (
             f"{grade.file} is nearly right: {largest}, and its printed digits allow about as much, {length(m.half_m)}. "
@@ -263,6 +264,12 @@ def verdict_lines(grade: Grade) -> Iterator[str]:
                 "Single precision would explain the errors, but the file has too few digits to show that its program "
                 "uses it, and no known mistake explains them completely."
             )
+        case verdict if verdict == TOO_LITTLE and diagnosis is not None and diagnosis.best.drift:
+            yield f"What fits is {'; and '.join(rate.text for rate in diagnosis.best.drift)}."
+            yield (
+                "That is so slow that single precision may do it, if it rounds in the same direction in every step. "
+                "The same program in double precision shows whether it does."
+            )
         case verdict if verdict == TOO_LITTLE and diagnosis is not None and diagnosis.is_open:
             yield (
                 f"Single precision would explain the errors{decided(grade)} if the program takes several steps a row. "
@@ -304,6 +311,8 @@ def diagnosis_lines(grade: Grade, diagnosis: Diagnosis) -> Iterator[str]:
     else:
         yield "The most likely cause:"
     yield from evidence(diagnosis)
+    for rate in best.drift:
+        yield f"Also fitted: {rate.text}. So slow a change is taken for rounding in the same direction in every step."
     left = length(best.max_m)
     if grade.verdict == EXPLAINED_WHOLLY:
         is_single = grade.measured.may_be_single and not grade.hidden_by_single

@@ -51,8 +51,9 @@ from tumble.scenarios.scene import Scene
 
 # Errors below this many floors are attributed only to a known engine scheme.
 BARELY = 10.0
-# A residual is accepted as noise only if it is at most this share of the error.
-LEFT_AS_NOISE = 0.2
+# A residual is accepted as noise, and as single precision that nothing shows, only if it is at most this share of the
+# error.
+LEFT_AS_NOISE, LEFT_AS_SINGLE = 0.2, 0.05
 # An explanation that leaves more than this share of the error does not explain it; one that leaves less than the other
 # explains nearly all of it.
 MOST_LEFT, LITTLE_LEFT = 0.5, 0.1
@@ -141,6 +142,8 @@ class Grade:
                 return CORRECT_TO_SINGLE
             return CORRECT_TO_NOISE if self._is_all_noise else TOO_LITTLE
         best = diagnosis.best
+        if best.drift and not best.mistakes:
+            return TOO_LITTLE
         if not best.mistakes or best.weight > diagnosis.null.weight - ALIKE:
             # Single precision grows with the steps, so its effect is not white.
             if diagnosis.null.is_noise and self._is_all_noise:
@@ -154,7 +157,7 @@ class Grade:
             return TOO_LITTLE
         # A part of errors that are hardly larger than digits and noise is of anything.
         in_part = TOO_LITTLE if diagnosis.null.in_common <= BARELY and not diagnosis.engines else EXPLAINED_PARTLY
-        if best.within_floor or (best.is_noise and best.rms_m <= LEFT_AS_NOISE * diagnosis.null.rms_m):
+        if self._leaves_nothing(diagnosis):
             return in_part if self._is_contrived(diagnosis) or self.is_open else EXPLAINED_WHOLLY
         if self.hidden_by_single:
             return TOO_LITTLE
@@ -162,6 +165,18 @@ class Grade:
         guessed = all(m.hypothesis.part == "steps" and m.hypothesis.only_named for m in best.mistakes)
         partly = not guessed and _leaves(diagnosis, MOST_LEFT)
         return in_part if partly and not self._is_contrived(diagnosis) else UNEXPLAINED
+
+    def _leaves_nothing(self, diagnosis: Diagnosis) -> bool:
+        """Whether the best explanation leaves only what digits, single precision or noise may.
+
+        Noise, and single precision of no engine's scheme that the digits do not show, may be the rest of most errors:
+        so only a small part of them is taken for that.
+        """
+        best, null = diagnosis.best, diagnosis.null
+        if not best.within_floor:
+            return best.is_noise and best.rms_m <= LEFT_AS_NOISE * null.rms_m
+        is_shown = self.measured.single or best.in_digits <= EXPLAINED or diagnosis.engines
+        return bool(is_shown) or best.rms_m <= LEFT_AS_SINGLE * null.rms_m
 
     @property
     def _is_all_noise(self) -> bool:

@@ -1,6 +1,6 @@
 """An explanation: mistakes with their values, and the residual that they leave."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -50,6 +50,12 @@ class Mistake(NamedTuple):
             return abs(self.value) < share * max(map(abs, hypothesis.bounds))
         return not hypothesis.unit and abs(self.value - 1) < near
 
+    def is_slower_than(self, rate: float) -> bool:
+        """Whether it is a growth or decay at a smaller fitted rate [1/s]."""
+        hypothesis = self.hypothesis
+        is_rate = hypothesis.unit == "1/s" and hypothesis.neutral == 0.0
+        return is_rate and not self.has_named_value and abs(self.value) < rate
+
 
 Mistakes = tuple[Mistake, ...]
 
@@ -71,6 +77,7 @@ class Explanation:
     in_floors : the same over the floor with single precision, if the program may have it
     in_common : the same over the floor that a search has for every program
     plain_cost : what plain values, for the fitted ones, have added to the weight
+    drift : rates that explain a part of the error, too, but are taken for rounding
     """
 
     mistakes: Mistakes
@@ -84,6 +91,7 @@ class Explanation:
     in_floors: float = np.inf
     in_common: float = np.inf
     plain_cost: float = 0.0
+    drift: Mistakes = ()
 
     @property
     def names(self) -> frozenset[str]:
@@ -104,6 +112,11 @@ class Explanation:
     def is_whole(self) -> bool:
         """Whether it leaves only rounding or noise."""
         return self.within_floor or self.is_noise
+
+    def without_drift(self, rate: float) -> "Explanation":
+        """Return the explanation whose growth or decay at a smaller rate [1/s] is none of its mistakes."""
+        drift = tuple(m for m in self.mistakes if m.is_slower_than(rate))
+        return replace(self, mistakes=tuple(m for m in self.mistakes if m not in drift), drift=drift) if drift else self
 
 
 def with_value(mistakes: Mistakes, hypothesis: Hypothesis, value: Any) -> Mistakes:

@@ -28,6 +28,8 @@ LEAST_HELP, MUCH_HELP = 1.1, 1.5
 CLEARLY = 2.0
 # Residuals that differ by a smaller share are of the same motion.
 SAME_MOTION = 1e-6
+# A rate that changes a velocity by a smaller share in the whole run is no mistake where rounding may make it.
+DRIFT = 1e-3
 # Explanations that leave too much whose values are fitted to all rows, of the best.
 REFINED = 2
 # How often others as good as the best one are looked for, and how many of the better ones are simplified.
@@ -49,7 +51,8 @@ class Diagnosis:
     steps : explanations from null to best, each with a smaller error; the least important mistakes are added last
     trials : number of simulated programs
     program : program model of the best explanation
-    is_open : single precision would explain all in steps shorter than a row interval, but not in one step a row
+    is_open : single precision would explain all in steps shorter than a row interval, but not in one step a row; or
+        only if it rounds in the same direction in every step
     engines : engines that do the same at their defaults
     stopped_s : processor time after which the search was stopped [s]; 0: it ended by itself
     alone : explanations by one mistake, best first
@@ -119,6 +122,7 @@ def diagnosed(
     evaluator.trials += search.trials
     ranked = _ranked(evaluator, null, explained)
     stopped = search_s if search.is_stopped or closing.is_stopped else 0.0
+    ranked = _without_drift(evaluator, ranked)
     return replace(ranked, stopped_s=stopped, engines=engine_search.fitting(ranked.best, closing))
 
 
@@ -224,6 +228,27 @@ def _ranked(evaluator: Evaluator, null: Explanation, found: Sequence[Explanation
         program=evaluator.program_with(best.mistakes),
         alone=tuple(each for each in sorted(helpful, key=by_weight) if len(each.mistakes) == 1),
     )
+
+
+def _without_drift(evaluator: Evaluator, ranked: Diagnosis) -> Diagnosis:
+    """Return a diagnosis that takes a slow growth or decay of velocities for rounding, where that may be its cause.
+
+    Single precision may round in the same direction in every step.  If that alone is found, it is open whether anything
+    is wrong.
+    """
+    least = DRIFT / evaluator.context.duration
+
+    def shown(each: Explanation) -> Explanation:
+        may_round = each.is_whole and evaluator.may_be_single(evaluator.program_with(each.mistakes))
+        return each.without_drift(least) if may_round else each
+
+    every = list(map(shown, (ranked.best, *ranked.alike)))
+    if not ranked.best.mistakes or not any(each.drift for each in every):
+        return ranked
+    best, *alike = list(_distinct(each for each in every if each.mistakes)) or every[:1]
+    steps = tuple(_steps(evaluator, ranked.null, best))
+    is_open = ranked.is_open or not best.mistakes
+    return replace(ranked, best=best, alike=tuple(alike), steps=steps, is_open=is_open)
 
 
 def _as_good(evaluator: Evaluator, ranked: Sequence[Explanation]) -> list[Explanation]:

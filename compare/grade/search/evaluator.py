@@ -162,7 +162,7 @@ class Evaluator:
         times [s], (T,); floors_m: of the search, (T, 3).
         """
         program = self.program_with(mistakes)
-        if not self._may_be_single(program):
+        if not self.may_be_single(program):
             return False
         known = np.interp(times, self.rows.times, np.square(self.scale.floors_m).mean(axis=1))
         with np.errstate(all="ignore"):  # a run that diverged
@@ -174,11 +174,11 @@ class Evaluator:
 
     def _with_single(self, program: ProgramModel, unseen_step_s: float = 0.0) -> ResidualScale:
         """Return the scale with the effect of single precision on a program, if it may have any."""
-        if not self._may_be_single(program):
+        if not self.may_be_single(program):
             return self.scale
         return self.scale.with_single(self._single_m(program, self.rows.times, unseen_step_s))
 
-    def _may_be_single(self, program: ProgramModel) -> bool:
+    def may_be_single(self, program: ProgramModel) -> bool:
         """Whether a program may be of single precision: what is interpolated between its ticks may be of double."""
         return self.single or program.clock.interpolation != ZERO_ORDER_HOLD
 

@@ -7,14 +7,15 @@ import pytest
 from pose_files import write_poses
 from programs import Program, fly, read, write
 
-from tumble.compare.grade.grade import context_of, grade, scale_of
+from tumble.compare.grade.grade import EXPLAINED_WHOLLY, TOO_LITTLE, context_of, grade, scale_of
 from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.measure.significance import EXPLAINED
 from tumble.compare.grade.measure.single_precision import single_floor, stepwise
-from tumble.compare.grade.model.program_model import correct_program, output_points
+from tumble.compare.grade.model.program_model import FINE, correct_program, output_points
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.grade.search.evaluator import Evaluator
+from tumble.reports.grade import headline
 from tumble.scenarios.read import read_scene
 
 CATALOGUE = Path(__file__).parents[3] / "scenarios" / "catalogue"
@@ -72,3 +73,28 @@ def test_a_run_that_diverged_is_not_explained_and_warns_nobody(tmp_path):
     errors = np.full((len(sample), 4, 3), 1e200)
     assert not evaluator.is_within_floor((), errors, sample.times, floors_m)
     assert evaluator.is_within_floor((), 0.0 * errors, sample.times, floors_m)
+
+
+@pytest.mark.parametrize(
+    ("grows", "digits", "gyroscopic", "named"),
+    [
+        (3e-4, 7, True, {}),
+        (3e-4, 15, True, {"angular-damping-reversed"}),
+        (3e-2, 7, True, {"angular-damping-reversed"}),
+        (3e-4, 7, False, {"gyroscopic-term-missing"}),
+    ],
+)
+def test_so_slow_a_growth_as_rounding_makes_is_no_mistake(tmp_path, grows, digits, gyroscopic, named):
+    """In 0.4 s a spin that grows at 3e-4 /s grows by 1.2e-4: a program may round upwards in every step.
+
+    In a file of 15 digits it cannot.
+    """
+    scene = read_scene("spin-fast")
+    program = correct_program(scene, 0).but(damping=(0.0, 0.0, -grows, 0.0, 0.0), gyroscopic=1.0 if gyroscopic else 0.0)
+    pose = program.output(np.arange(41) * 0.01, FINE)
+    file = write_poses(tmp_path / "grows.csv", pose.times, pose.x, pose.q, form=f"%.{digits}g")
+    found = grade(file, scene, {})
+    assert found.diagnosis.best.names == set(named)
+    assert bool(found.diagnosis.best.drift) is (digits == 7 and grows < 1e-3)
+    assert found.verdict == (EXPLAINED_WHOLLY if named else TOO_LITTLE)
+    assert ("rounds in the same direction in every step" in headline(found)) is (not named)
