@@ -64,6 +64,8 @@ MOST_STEPS = 6_000
 STEPS, GYRO = "steps", "gyroscopic"
 # Steps in a row interval, and in a tick between rows.
 PARTS, IN_A_TICK = (1, 2, 3, 4, 5, 8, 10, 16, 20, 32, 40, 80), (1, 2, 4, 8)
+# Parts of the longest step with which one is looked for that has the scene's events at its ticks.
+FIRST = (1, 2, 3, 4, 5)
 # Of these, so many next to a length are tried; and usual steps whose logarithm differs by less, or by less where a
 # velocity is limited.
 NEXT, CLOSE, WIDE = 2, 0.1, 0.7
@@ -353,9 +355,16 @@ class Proposals:
                     yield tuple(moved if m is step else m for m in mistakes)
 
     def first_step(self, mistakes: Mistakes, until: float, longest: float) -> float:
-        """Return the longest step that a program may take [s], but not more than a length; 0 for none."""
+        """Return the longest step that a program may take [s], but not more than a length; 0 for none.
+
+        It is a shorter one if the scene's events are at its ticks then: an event that is late hides what else steps do.
+        """
         interval = self._interval(mistakes)
-        step = interval / max(1, np.ceil(interval / longest * (1 - NEAR)))
+        longest_of_all = interval / max(1, np.ceil(interval / longest * (1 - NEAR)))
+        times = self._event_times[self._event_times <= until]
+        steps = [longest_of_all / part for part in FIRST]
+        on_time = (step for step in steps if np.allclose(next_tick(times, step), times, rtol=0.0, atol=NEAR * step))
+        step = next(on_time, longest_of_all)
         return step if until <= MOST_STEPS * step else 0.0
 
     def steps_near(self, mistakes: Mistakes, until: float, ideal: float) -> list[float]:
