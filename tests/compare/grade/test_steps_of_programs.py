@@ -1,5 +1,6 @@
 """Programs in steps: a slow clock has steps of its own time, rows may be a step late, and a step may be very long."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -85,9 +86,13 @@ def test_rows_too_dense_for_any_step_are_diagnosed(tmp_path):
 @pytest.fixture
 def proposals(tmp_path, request):
     """What is tried for rows of a program without a mistake, of the scene that a test asks for."""
-    scene = read_scene(request.param)
+    return proposals_for(tmp_path, read_scene(request.param))
+
+
+def proposals_for(folder, scene):
+    """Return what is tried for rows of a program without a mistake, 100 in a second."""
     pose = correct_program(scene, 0).output(np.arange(101) * 0.01, FINE)
-    file = write_poses(tmp_path / "right.csv", pose.times, pose.x, pose.q)
+    file = write_poses(folder / "right.csv", pose.times, pose.x, pose.q)
     context = context_of(scene, 0, measure(Trajectory(file, scene, {}), scene))
     return Proposals(context, hypotheses(context))
 
@@ -153,6 +158,18 @@ def test_steps_of_other_ticks_are_tried_if_an_impulse_acts_at_another_instant_th
     tried = proposals.with_other_ticks((symplectic(proposals, step_s),))
     made = {symplectic(proposals, *each).text: each for each in others}
     assert {made[step.text] for [step] in tried} == others
+
+
+@pytest.mark.parametrize(
+    ("hit_s", "until", "first"), [(0.75, 1.0, 0.01), (0.755, 1.0, 0.005), (0.755, 0.5, 0.01), (0.75123, 1.0, 0.01)]
+)
+def test_the_length_of_a_step_is_estimated_with_one_that_has_the_events_at_its_ticks(tmp_path, hit_s, until, first):
+    """An impulse at 0.755 s would be 5 ms late with steps of 10 ms; at 0.75123 s it is late with any."""
+    scene = read_scene("two-hits")
+    hits = tuple(replace(hit, time=hit_s if hit.time == 0.75 else hit.time) for hit in scene.impulses)
+    assert hit_s in [hit.time for hit in hits]
+    proposals = proposals_for(tmp_path, replace(scene, impulses=hits))
+    assert proposals.first_step((), until, 1.0) == pytest.approx(first)
 
 
 @pytest.mark.parametrize("proposals", ["two-hits"], indirect=True)
