@@ -186,7 +186,7 @@ def motion_columns(
 def finite_rows(states: Array, points: Array) -> int:
     """Return how many rows there are before the first that is not finite: states (R, 13), vertices (R, n, 3)."""
     finite = np.isfinite(states).all(axis=1) & np.isfinite(points).all(axis=(1, 2))
-    return len(finite) if finite.all() else int(np.argmin(finite))
+    return len(states) if finite.all() else int(np.argmin(finite))
 
 
 def same_in_rows(count: int, **values: object) -> dict[str, Array]:
