@@ -175,8 +175,8 @@ class Grade:
         best, null = diagnosis.best, diagnosis.null
         if not best.within_floor:
             return best.is_noise and best.rms_m <= LEFT_AS_NOISE * null.rms_m
-        is_shown = self.measured.single or best.in_digits <= EXPLAINED or diagnosis.engines
-        return bool(is_shown) or best.rms_m <= LEFT_AS_SINGLE * null.rms_m
+        is_shown = self.measured.single or best.in_digits <= EXPLAINED or bool(diagnosis.engines)
+        return is_shown or best.rms_m <= LEFT_AS_SINGLE * null.rms_m
 
     @property
     def _is_all_noise(self) -> bool:

@@ -183,11 +183,11 @@ def _moved(plain: Flight, changed: Flight, throw: Throw, other: Throw) -> Array:
 def movements(poses: Sequence[Pose], changed: Sequence[Pose], points: Numbers, changed_points: Numbers) -> Array:
     """Return the largest move of a vertex from pose to pose, as it is and about the centre [m], (R, 2).
 
-    R: of the shorter list.  It is subtracted in exact numbers, then measured in doubles.
+    It is subtracted in exact numbers, then measured in doubles.
     """
-    rows = min(len(poses), len(changed))
-    x, x_changed = (np.array([pose.x for pose in each[:rows]]).reshape(-1, 3) for each in (poses, changed))
-    axes, axes_changed = (np.array([pose.axes for pose in each[:rows]]).reshape(-1, 3, 3) for each in (poses, changed))
+    pairs = list(zip(poses, changed, strict=True))
+    x, x_changed = (np.array([pair[n].x for pair in pairs]).reshape(-1, 3) for n in (0, 1))
+    axes, axes_changed = (np.array([pair[n].axes for pair in pairs]).reshape(-1, 3, 3) for n in (0, 1))
     turned, grown = (axes_changed - axes).astype(float), (changed_points - points).astype(float)
     about = points.astype(float) @ np.swapaxes(turned, 1, 2) + grown @ np.swapaxes(axes_changed.astype(float), 1, 2)
     moved = (x_changed - x).astype(float)[:, None] + about

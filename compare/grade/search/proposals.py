@@ -21,6 +21,7 @@ from tumble.compare.grade.hypotheses.scheme_hypotheses import TURNED_ASIDE, Sche
 from tumble.compare.grade.measure.lateness import Lateness
 from tumble.compare.grade.model.kernel.dynamics import AFTER_FORCES, AS_FORCE, LINEARLY
 from tumble.compare.grade.model.program_model import next_tick
+from tumble.scenarios.frames import Array
 
 # Parts whose mistakes may cause one motion.
 TWINS = {
@@ -64,11 +65,11 @@ MOST_STEPS = 6_000
 STEPS, GYRO = "steps", "gyroscopic"
 # Steps in a row interval, and in a tick between rows.
 PARTS, IN_A_TICK = (1, 2, 3, 4, 5, 8, 10, 16, 20, 32, 40, 80), (1, 2, 4, 8)
-# Parts of the longest step with which one is looked for that has the scene's events at its ticks.
-FIRST = (1, 2, 3, 4, 5)
 # Of these, so many next to a length are tried; and usual steps whose logarithm differs by less, or by less where a
 # velocity is limited.
 NEXT, CLOSE, WIDE = 2, 0.1, 0.7
+# Parts of the longest step with which one is looked for that has the scene's events at its ticks.
+FIRST = (1, 2, 3, 4, 5)
 # Parts that are tried even if they seem too long, as errors of very long steps grow in no order.
 ALWAYS = (1, 2)
 # Steps that differ from another by less than this factor are similar.
@@ -361,7 +362,7 @@ class Proposals:
         """
         interval = self._interval(mistakes)
         longest_of_all = interval / max(1, np.ceil(interval / longest * (1 - NEAR)))
-        times = self._event_times[self._event_times <= until]
+        times = self._events_until(until)
         steps = [longest_of_all / part for part in FIRST]
         on_time = (step for step in steps if np.allclose(next_tick(times, step), times, rtol=0.0, atol=NEAR * step))
         step = next(on_time, longest_of_all)
@@ -384,12 +385,15 @@ class Proposals:
         """Return usual steps with which events of the scene, until a time [s], happen at other instants than before."""
         if self._has_tick(mistakes):
             return []
-        times = [time for time in self._event_times if time <= until]
+        times = self._events_until(until)
         found = dict[tuple, float]()
         for step in (first, *STEPS_S):
             if until <= MOST_STEPS * step:
-                found.setdefault(tuple(np.round(next_tick(np.array(times), step), 9)), step)
+                found.setdefault(tuple(np.round(next_tick(times, step), 9)), step)
         return [step for step in found.values() if step != first]
+
+    def _events_until(self, until: float) -> Array:
+        return self._event_times[self._event_times <= until]
 
     def _interval(self, mistakes: Mistakes) -> float:
         tick = next((m.value for m in mistakes if m.hypothesis.part == "clock tick"), 0.0)

@@ -54,7 +54,8 @@ def _row(mp: Any, scene: Scene, row: int, motion: Motion, changed: list[Changed]
     mp.prec = motion.bits
     setting, throw = motion.setting, motion.setting.throw
     finer, rougher = (poses_of(setting, one) for one in (motion.finer, motion.rougher))
-    finer = finer[: len(rougher)]
+    known = min(len(finer), len(rougher))
+    finer, rougher = finer[:known], rougher[:known]
     states = np.array([state_of(motion, pose) for pose in finer]).reshape(-1, 13)
     before = scene.start[row, 3:7]
     for q in states[:, 3:7]:

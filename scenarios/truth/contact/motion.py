@@ -106,7 +106,8 @@ def _in_proportion(motion: Motion, plain: Changed, there: Changed, back: Changed
 def moves_of(motion: Motion, plain: Changed, changed: Changed) -> Array:
     """Return how far a vertex moves at each known instant, for half the last bits [m], (R,)."""
     points = (plain.setting.throw.points, changed.setting.throw.points)
-    return movements(plain.poses, changed.poses, *points)[:, 0] / abs(changed.share)
+    known = min(len(plain.poses), len(changed.poses))
+    return movements(plain.poses[:known], changed.poses[:known], *points)[:, 0] / abs(changed.share)
 
 
 def poses_of(setting: Setting, motion: Timeline) -> list[Pose]:

@@ -73,16 +73,17 @@ def test_it_is_not_told_where_rows_do_not_show_it(how):
     assert measured(**how) is None
 
 
-def late_rows(scene_file, late, **program):
+def late_rows(throw, late, **program):
     """Return rows of a program, each as it was some rows before, and as at the start in the first ones."""
-    rows = list(Spoilt(read(scene_file), **program).rows())
+    rows = list(Spoilt(throw, **program).rows())
     return [(rows[n][0], *rows[max(0, n - late)][1:]) for n in range(len(rows))]
 
 
 def test_late_rows_are_told_and_their_first_interval_is_no_collision(tmp_path):
     """The velocity jumps there: that was told as an impulse at a wrong time, or a contact."""
     path = scene_path("brick-tumble")
-    file = write(tmp_path / "late.csv", late_rows(path, 1, dt=0.01, every=2, until=2.0), read(path).vertices)
+    throw = read(path)
+    file = write(tmp_path / "late.csv", late_rows(throw, 1, dt=0.01, every=2, until=2.0), throw.vertices)
     found = grade(Path(file), read_scene(str(path)), {})
     late = [text for text in found.observations if "late" in text]
     assert late == ["Rows are 0.02 s late: the first interval shows less motion than those after it."]
@@ -124,9 +125,7 @@ def hit(tmp_path):
 
 def explained_late(tmp_path, scene_file, throw, late, **program):
     """Return the mistakes of a program that flies a throw and writes its rows late, in a twentieth of the time."""
-    rows = list(Spoilt(throw, **program).rows())
-    rows = [(rows[n][0], *rows[max(0, n - late)][1:]) for n in range(len(rows))]
-    file = write(tmp_path / "late.csv", rows, throw.vertices, form="{:.9g}".format)
+    file = write(tmp_path / "late.csv", late_rows(throw, late, **program), throw.vertices, form="{:.9g}".format)
     return explained(file, read_scene(str(scene_file)), 0.1)
 
 

@@ -9,13 +9,10 @@ from explained import evaluator_of, explained
 from pose_files import SKEWED, write_poses
 from programs import Program, fly, read, write
 
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, context_of, grade
+from tumble.compare.grade.grade import EXPLAINED_WHOLLY, grade
 from tumble.compare.grade.hypotheses.explanation import Mistake
-from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
-from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.model.program_model import FINE, correct_program
-from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.closing import Closing
 from tumble.compare.grade.search.proposals import Proposals
@@ -93,8 +90,8 @@ def proposals_for(folder, scene):
     """Return what is tried for rows of a program without a mistake, 100 in a second."""
     pose = correct_program(scene, 0).output(np.arange(101) * 0.01, FINE)
     file = write_poses(folder / "right.csv", pose.times, pose.x, pose.q)
-    context = context_of(scene, 0, measure(Trajectory(file, scene, {}), scene))
-    return Proposals(context, hypotheses(context))
+    evaluator, every = evaluator_of(file, scene)
+    return Proposals(evaluator.context, every)
 
 
 def symplectic(proposals, step_s, steps_a_tick=1):
