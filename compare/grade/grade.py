@@ -49,7 +49,7 @@ from tumble.kernel_cache import compilation
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 
-# Errors below this many floors are attributed only to a known engine scheme.
+# Errors below this many floors are attributed only to a known engine scheme that explains most of them.
 BARELY = 10.0
 # A residual is accepted as noise, and as single precision that nothing shows, only if it is at most this share of the
 # error.
@@ -153,7 +153,8 @@ class Grade:
             return TOO_LITTLE if measured.worst_m <= LITTLE * self.scale.size_m else UNEXPLAINED
         # Where digits alone are left, single precision is not there.
         floors = diagnosis.null.weighted_rms_m / self.scale.floor_m
-        if not diagnosis.engines and (diagnosis.null.in_digits if best.in_digits <= EXPLAINED else floors) <= BARELY:
+        is_barely = (diagnosis.null.in_digits if best.in_digits <= EXPLAINED else floors) <= BARELY
+        if is_barely and not (diagnosis.engines and _leaves(diagnosis, MOST_LEFT)):
             return TOO_LITTLE
         # A part of errors that are hardly larger than digits and noise is of anything.
         in_part = TOO_LITTLE if diagnosis.null.in_common <= BARELY and not diagnosis.engines else EXPLAINED_PARTLY

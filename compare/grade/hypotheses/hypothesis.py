@@ -115,7 +115,7 @@ class Hypothesis:
     steps.  neutral: the value that changes nothing, if a small deviation from it has an effect in proportion.
     unlikely: weight that it costs to assume it, beyond others. vague: it explains a part of almost any error; measured:
     rows show its value, whatever else is wrong.
-    needs_steps: without steps it is the same as another one.  limits: what its value limits, "velocity" or "spin".
+    needs_steps: without steps it is the same as another one.  limits: which of `measure.speeds.SPEEDS`.
     """
 
     name: str

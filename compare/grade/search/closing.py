@@ -11,6 +11,7 @@ import numpy as np
 from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_FORMS, DAMPING_PLACES, GYROSCOPIC, ROTATION
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes, with_value
 from tumble.compare.grade.hypotheses.mistakes.start import with_fixed_start, with_free_start
+from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.hypotheses.names import ANGULAR_DAMPING, LINEAR_DAMPING
 from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
 from tumble.compare.grade.measure.significance import EXPLAINED
@@ -19,7 +20,7 @@ from tumble.compare.grade.model.program_model import next_tick
 from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.evaluator import Evaluator
-from tumble.compare.grade.search.proposals import STEPS
+from tumble.compare.grade.search.proposals import MOST_STEPS, STEPS
 from tumble.compare.grade.search.simulations import SearchStopped
 
 # Residuals within the floor, an upper bound of rounding: one is larger if it is this many times another, but not if it
@@ -74,24 +75,50 @@ class Closing:
         The search fits them only to what single precision, which the program may have, and its coarse simulations leave
         open.  What is then left may be the rounding of a program in very short steps.
         """
-        program, size_m = self._evaluator.context.program, self._evaluator.scale.size_m
+        tried = list[Mistakes]()
         try:
-            refitted = with_fixed_start(self._precise_search.refitted(with_free_start(best.mistakes, size_m)), program)
-            others = [*self._limited_in_other_steps(refitted), *self._plainer_damping(refitted)]
-            others = self._precise_search.closest(others, 1)
+            tried.append(self._refitted(best.mistakes))
+            others = [*self._limited_in_other_steps(tried[0]), *self._plainer_damping(tried[0])]
+            for other in self._precise_search.closest(others, 1):
+                tried += [other, *self._refitted_limits(other)]
         except SearchStopped:
             self.is_stopped = True
-            return best
-        best = min((best, *map(self._evaluator.explain, (refitted, *others))), key=lambda each: each.weight)
+        best = min((best, *map(self._evaluator.explain, tried)), key=lambda each: each.weight)
         return best if best.is_whole else self._evaluator.in_short_steps(best)
 
+    def _refitted(self, mistakes: Mistakes) -> Mistakes:
+        """Return mistakes with values that are fitted to all rows together with the start."""
+        program, size_m = self._evaluator.context.program, self._evaluator.scale.size_m
+        return with_fixed_start(self._precise_search.refitted(with_free_start(mistakes, size_m)), program)
+
+    def _refitted_limits(self, mistakes: Mistakes) -> list[Mistakes]:
+        """Return a program with limits that are fitted to other steps, and the best one with plainer limits."""
+        if not any(m.hypothesis.limits for m in mistakes):
+            return []
+        refitted = self._refitted(mistakes)
+        return [refitted, *self._precise_search.closest(list(self._limited_in_other_steps(refitted)), 1)]
+
     def _limited_in_other_steps(self, mistakes: Mistakes) -> Iterator[Mistakes]:
-        """Yield programs with a plainer limit and another step: by how much a speed exceeds a limit depends on both."""
+        """Yield programs with a plainer limit and another step: by how much a speed exceeds a limit depends on both.
+
+        Nothing else shows the steps of the classical method, so those are tried in the place of any others.
+        """
         step = next((m for m in mistakes if m.hypothesis.part == STEPS), None)
-        for limit in (m for m in mistakes if m.hypothesis.limits and step):
+        for limit in (m for m in mistakes if m.hypothesis.limits):
             for plainer in self._plainer(mistakes, limit):
-                for length in self._evaluator.context.parts:
+                for length in self._evaluator.context.parts if step else ():
                     yield tuple(m._replace(value=length) if m is step else m for m in plainer)
+                yield from self._in_classical_steps(plainer, limit.hypothesis)
+
+    def _in_classical_steps(self, mistakes: Mistakes, limit: Hypothesis) -> Iterator[Mistakes]:
+        """Yield programs in steps of the classical Runge-Kutta method, with a limit where that has it."""
+        context, classical = self._evaluator.context, self._proposals.classical
+        places = {limit, *(h for h in self._proposals.hypotheses if h.name == limit.name and not h.needs_steps)}
+        others = tuple(m for m in mistakes if m.hypothesis.part != STEPS)
+        lengths = [length for length in context.parts if context.duration <= MOST_STEPS * length]
+        for place, length in product(places, lengths if classical else ()):
+            placed = (m._replace(hypothesis=place) if m.hypothesis is limit else m for m in others)
+            yield self._proposals.ordered((*placed, Mistake(classical, length)))
 
     @cached_property
     def _precise_search(self) -> CausalSearch:

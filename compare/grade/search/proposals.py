@@ -80,9 +80,10 @@ PLAIN_GYROSCOPIC, PLAIN_ROTATIONS = ("none", "explicit", "momentum"), (("exponen
 
 @dataclass(frozen=True)
 class Run:
-    """What first values depend on: until when a program runs [s], its rows [s], its largest velocity and spin.
+    """What first values depend on: until when a program runs [s], its rows [s], its largest speeds.
 
-    reached: velocities [m/s] and spins [rad/s] that the rows reach; rests_from: time from which they rest [s].
+    reached: speeds that the rows reach; both by names in `measure.speeds.SPEEDS`; rests_from: time from which they rest
+    [s].
     """
 
     until: float
@@ -108,6 +109,7 @@ class Proposals:
     def __init__(self, context: Context, hypotheses: Sequence[Hypothesis]) -> None:
         self._context, self.hypotheses = context, [h for h in hypotheses if h.part != STEPS]
         self._methods = [h for h in hypotheses if h.part == STEPS]
+        self.classical = next((h for h in self._methods if h.name == RUNGE_KUTTA_4), None)
         self.schemes = SchemeHypotheses(context)
         self._place = {hypothesis: number for number, hypothesis in enumerate(hypotheses)}
         self._parts = {h.part: n for n, h in reversed(list(enumerate(hypotheses)))}
@@ -289,11 +291,10 @@ class Proposals:
         """Yield each kind of scheme upon which the other mistakes can be put, wherever in its step they happen."""
         others = tuple(m for m in mistakes if m.hypothesis.part != STEPS)
         yield from self._in_steps(others, GYROSCOPIC, ROTATIONS)
-        classical = next((h for h in self._methods if h.name == RUNGE_KUTTA_4), None)
         for placed in self._with_other_variants(others):
             yield from self._in_steps(placed, PLAIN_GYROSCOPIC, PLAIN_ROTATIONS)
-            if classical is not None:  # of a step that cannot be seen otherwise
-                yield SchemeKind((classical, placed), placed, classical, 1)
+            if self.classical is not None:  # of a step that cannot be seen otherwise
+                yield SchemeKind((self.classical, placed), placed, self.classical, 1)
         for hypothesis in self._methods:
             order = ORDERS.get(hypothesis.name, 1)
             # Quaternions of stages that are normalised, or taken for unit ones, leave an error of order 2.

@@ -7,6 +7,7 @@ import numpy as np
 from tumble.compare.grade.hypotheses.explanation import Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Context
 from tumble.compare.grade.hypotheses.mistakes.output import OUTPUT_PARTS
+from tumble.compare.grade.measure.speeds import largest_speeds
 from tumble.compare.grade.model.program_model import SEARCHING, Pose, ProgramModel, outputs
 from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.shells import Shells
@@ -77,12 +78,10 @@ class Simulations:
         return self._program(mistakes).event_tick
 
     def fastest(self, mistakes: Mistakes) -> dict[str, float]:
-        """Return the largest velocity [m/s] and spin [rad/s] of a program with mistakes."""
+        """Return the largest speeds of a program with mistakes, each by its name in `measure.speeds.SPEEDS`."""
         program = self._program(mistakes)
         rows = program.simulate(program.clock.physics_times(self.shells.times), self.fineness)
-        with np.errstate(all="ignore"):
-            v, w = (float(np.sqrt(np.square(rows[:, part]).sum(axis=1)).max()) for part in (V, W))
-        return {"velocity": np.nan_to_num(v, nan=0.0, posinf=0.0), "spin": np.nan_to_num(w, nan=0.0, posinf=0.0)}
+        return largest_speeds(rows[:, V], rows[:, W])
 
     def _program(self, mistakes: Mistakes) -> ProgramModel:
         """Return the model of a program with mistakes; programs with the first ones of them are kept."""

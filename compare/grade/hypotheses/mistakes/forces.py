@@ -314,7 +314,7 @@ def _caps(context: Context) -> Iterator[Hypothesis]:
                 unit="rad/s" if place else "m/s",
                 unlikely=UNLIKELY if each else SELDOM,
                 needs_steps=bool(where),
-                limits="spin" if place else "velocity",
+                limits=("spin" if place else "velocity") + (" component" if each else ""),
             )
 
 
