@@ -34,9 +34,9 @@ DRIFT = 1e-3
 REFINED = 2
 # How often others as good as the best one are looked for, and how many of the better ones are simplified.
 ROUNDS, SIMPLIFIED = 3, 2
-# Share of the processor time after which nothing new is searched for, and the least share in which what was found is
-# simplified and compared with others.
-SEARCHED, CLOSED = 0.9, 0.12
+# Share of the processor time after which nothing new is searched for, and after which what single precision explains is
+# no longer sought in double precision; and the least share in which what was found is simplified and compared with others.
+SEARCHED, DOUBLED, CLOSED = 0.9, 0.7, 0.12
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +111,7 @@ def diagnosed(
             explained += engine_search.short_defaults(search_clock() + least_s)
             explained += map(evaluator.explain, search.alone[:FINALISTS])
     explained.sort(key=by_weight)
-    explained += _of_double(evaluator, explained, begun_at + SEARCHED * search_s, least_s)
+    explained += _of_double(evaluator, explained, begun_at + DOUBLED * search_s, least_s)
     explained.sort(key=by_weight)
     closing.stop_at(max(begun_at + search_s, search_clock() + least_s))
     if not explained[0].within_floor:
