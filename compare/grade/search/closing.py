@@ -10,8 +10,8 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_FORMS, DAMPING_PLACES, GYROSCOPIC, ROTATION
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes, with_value
-from tumble.compare.grade.hypotheses.mistakes.start import with_fixed_start, with_free_start
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
+from tumble.compare.grade.hypotheses.mistakes.start import with_fixed_start, with_free_start
 from tumble.compare.grade.hypotheses.names import ANGULAR_DAMPING, LINEAR_DAMPING
 from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
 from tumble.compare.grade.measure.significance import EXPLAINED

@@ -34,8 +34,8 @@ DRIFT = 1e-3
 REFINED = 2
 # How often others as good as the best one are looked for, and how many of the better ones are simplified.
 ROUNDS, SIMPLIFIED = 3, 2
-# Share of the processor time after which nothing new is searched for, and after which what single precision explains is
-# no longer sought in double precision; and the least share in which what was found is simplified and compared with others.
+# Share of the processor time after which nothing new is searched for; after which what single precision explains is no
+# longer sought in double precision; and the least share in which what was found is simplified and compared with others.
 SEARCHED, DOUBLED, CLOSED = 0.9, 0.7, 0.12
 
 

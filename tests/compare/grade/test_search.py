@@ -16,17 +16,27 @@ from pose_files import write_poses
 from programs import Program, fly, read, write
 
 from tools.heldout import SCENES
-from tumble.compare.grade.grade import Grade, context_of, grade, scale_of, search_time
+from tumble.compare.grade.grade import (
+    EXPLAINED_WHOLLY,
+    TOO_LITTLE,
+    Grade,
+    context_of,
+    grade,
+    scale_of,
+    search_time,
+)
 from tumble.compare.grade.hypotheses.explanation import Mistake
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.hypotheses.mistakes.clocks import clocks
 from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.model.program_model import FINE, correct_program, output_points
 from tumble.compare.grade.read.trajectory import Trajectory
+from tumble.compare.grade.search import diagnosis
 from tumble.compare.grade.search.causal import Candidate, CausalSearch
 from tumble.compare.grade.search.changes import Effects
 from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.closing import HIDDEN, Closing, is_rounded
+from tumble.compare.grade.search.diagnosis import Diagnosis
 from tumble.compare.grade.search.shells import Shells
 from tumble.scenarios.read import read_scene, scene_path
 
@@ -176,9 +186,31 @@ def test_plain_values_are_firm_though_single_precision_explains_much(value, is_o
     rate = Hypothesis("rate", "rate", "{}", lambda program, _: program, (0.1, 1.0))
     best = replace(explanation("ab", 1.0, nothing=True), in_digits=50.0)
     best = replace(best, mistakes=(*best.mistakes, Mistake(rate, value)))
-    diagnosis = SimpleNamespace(engines=(), best=best, stopped_s=0.0)
-    grade_of_it = SimpleNamespace(diagnosis=diagnosis, measured=SimpleNamespace(single=False))
+    found = SimpleNamespace(engines=(), best=best, stopped_s=0.0)
+    grade_of_it = SimpleNamespace(diagnosis=found, measured=SimpleNamespace(single=False))
     assert cast(Any, Grade.is_open).fget(grade_of_it) is is_open
+
+
+@pytest.mark.parametrize(("left", "verdict"), [(4.0, EXPLAINED_WHOLLY), (5.0, TOO_LITTLE)])
+def test_a_small_error_is_due_to_an_engines_scheme_only_if_that_leaves_less_than_half(left, verdict):
+    null, best = explanation("", 8.0), replace(explanation("a", left, nothing=True), weight=-1e3)
+    found = Diagnosis(null, best, (), (null, best), 1, cast(Any, None), engines=("an engine",))
+    measured = SimpleNamespace(worst_m=8.0, resolution_m=0.0, excess_m=1.0, half_m=1.0, single=True)
+    scale = SimpleNamespace(floor_m=1.0, size_m=1e6)
+    assert Grade("file", cast(Any, None), cast(Any, measured), found, "", cast(Any, scale)).verdict == verdict
+
+
+def test_what_is_found_is_compared_and_simplified_before_all_time_is_used(tmp_path, monkeypatch):
+    """A search in double precision, of what single precision explains, ends before."""
+    begun, ends = search_clock(), []
+
+    def recorded(evaluator, explained, stops_at, least_s):
+        ends.append(stops_at)
+        return []
+
+    monkeypatch.setattr(diagnosis, "_of_double", recorded)
+    assert "symplectic-euler" in named(written(tmp_path, "brick-tumble", **GAME), "brick-tumble", 100.0)
+    assert 50.0 < ends[0] - begun < 80.0
 
 
 # Whether a mistake does anything to the centre and to the rotation, and whether it shows in the first row there.

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tumble.compare.grade.measure.speeds import rests_from, speeds_reached
+from tumble.compare.grade.measure.speeds import SPEEDS, largest_speeds, rests_from, speeds_reached
 from tumble.scenarios.frames import rotation_matrix
 
 POINTS = np.array(((0.3, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.1), (-0.3, -0.2, -0.1)))
@@ -16,6 +16,11 @@ def moved(place: np.ndarray, angle: np.ndarray) -> np.ndarray:
     return place[:, None, None] * (1.0, 0.0, 0.0) + np.einsum("tij,kj->tki", rotation_matrix(q), POINTS)
 
 
+def tilt(angle: float) -> np.ndarray:
+    """Return a rotation about z."""
+    return rotation_matrix(np.array((np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2))))
+
+
 def test_the_largest_speeds_are_found():
     speed, spin = np.minimum(10 * TIMES, 4.0), np.minimum(20 * TIMES, 7.0)
     place, angle = (np.append(0.0, np.cumsum((s[1:] + s[:-1]) / 200)) for s in (speed, spin))
@@ -24,9 +29,23 @@ def test_the_largest_speeds_are_found():
     assert found["spin"] == pytest.approx([7.0, 7.0])
 
 
+def test_the_largest_components_are_those_in_world_axes():
+    """It moves along x and rotates about z, so that nothing else is as large."""
+    found = speeds_reached(TIMES, moved(3.0 * TIMES, 2.0 * TIMES) @ tilt(0.7).T, POINTS)
+    assert found["velocity"] == pytest.approx([3.0, 3.0])
+    assert found["velocity component"] == pytest.approx(2 * [3.0 * np.cos(0.7)])
+    assert found["spin component"] == pytest.approx(2 * [2.0])
+    v, w = np.array(((1.0, -3.0, 2.0), (np.inf, 0.0, 0.0))), np.array(((0.0, 4.0, -3.0), (1.0, 0.0, 0.0)))
+    largest = largest_speeds(v, w)
+    assert (largest["spin"], largest["spin component"]) == (5.0, 4.0)
+    assert largest["velocity component"] == 0.0, "nothing is known of a run that diverged"
+    assert largest_speeds(v[:1], w[:1])["velocity component"] == 3.0
+
+
 def test_points_in_a_line_show_no_spin():
     line = POINTS[:1] * np.array(((1.0,), (2.0,), (3.0,)))
-    assert speeds_reached(TIMES, np.repeat(line[None], 101, axis=0), line) == {"velocity": [], "spin": []}
+    found = speeds_reached(TIMES, np.repeat(line[None], 101, axis=0), line)
+    assert found == {name: [] for name in SPEEDS}
 
 
 def test_a_body_at_rest_is_seen():

@@ -187,3 +187,19 @@ def test_a_limit_is_refined_with_the_step_by_which_it_is_exceeded(tmp_path):
     assert not nearly.is_whole
     assert refined.is_whole
     assert [mistake.value for mistake in refined.mistakes] == pytest.approx([cap, dt])
+
+
+def test_a_limit_is_refined_in_classical_steps(tmp_path):
+    """Symplectic steps and a limit elsewhere leave nearly as little, and no fit leads from these to others."""
+    scene, dt, cap = falling(tmp_path), 0.004, 3.1
+    file = fallen(tmp_path, scene, dt, lambda v: v * min(1.0, cap / np.linalg.norm(v)))
+    evaluator, every = evaluator_of(file, scene)
+    limit = next(h for h in every if h.name == "speed-cap" and h.needs_steps)
+    search = CausalSearch(evaluator)
+    step = search.proposals.schemes.step(Step("explicit", "exponential"))
+    nearly = evaluator.explain(search.proposals.ordered((Mistake(limit, 3.1005), Mistake(step, 0.001))))
+    refined = Closing(evaluator, search).refined(nearly)
+    assert not nearly.is_whole
+    assert refined.is_whole
+    values = {mistake.hypothesis.name: mistake.value for mistake in refined.mistakes}
+    assert values == pytest.approx({"speed-cap": cap, "runge-kutta-4": dt})
