@@ -202,7 +202,7 @@ def test_a_small_error_is_due_to_an_engines_scheme_only_if_that_leaves_less_than
 
 def test_what_is_found_is_compared_and_simplified_before_all_time_is_used(tmp_path, monkeypatch):
     """A search in double precision, of what single precision explains, ends before."""
-    begun, ends = search_clock(), []
+    begun, ends = diagnosis.search_clock(), []
 
     def recorded(evaluator, explained, stops_at, least_s):
         ends.append(stops_at)

@@ -203,3 +203,15 @@ def test_a_limit_is_refined_in_classical_steps(tmp_path):
     assert refined.is_whole
     values = {mistake.hypothesis.name: mistake.value for mistake in refined.mistakes}
     assert values == pytest.approx({"speed-cap": cap, "runge-kutta-4": dt})
+
+
+def test_a_limit_is_tried_in_classical_steps_of_every_length(tmp_path):
+    """What a limit does depends on the step by leaps, and nothing else shows those of this method."""
+    scene = falling(tmp_path)
+    evaluator, every = evaluator_of(fallen(tmp_path, scene, 0.004, lambda v: v), scene)
+    limit = next(h for h in every if h.name == "speed-cap" and not h.needs_steps)
+    search = CausalSearch(evaluator)
+    tried = search._upon_steps((Mistake(limit, 3.1),))
+    lengths = {m.value for kind, one in tried for m in one if m.hypothesis is search.proposals.classical}
+    assert lengths >= set(evaluator.context.parts)
+    assert any(length == pytest.approx(0.004) for length in lengths)

@@ -125,9 +125,6 @@ CASES = {
     "cap of the speed at the end": (capped("v", 6.0), SYMPLECTIC, {"speed-cap": 6.0, EULER: 1 / 240}),
     "cap of each component": (after(clipped("w", 4.0)), SYMPLECTIC, {"spin-cap-of-components": 4.0, EULER: 1 / 240}),
     "cap in a classical step": (capped("w", 5.3), FOUR_A_ROW, {"spin-cap": 5.3, RUNGE_KUTTA: 1 / 240}),
-    "cap of each component in a classical step": (
-        after(clipped("w", 4.0)), FOUR_A_ROW, {"spin-cap-of-components": 4.0, RUNGE_KUTTA: 1 / 240}
-    ),
     "floor": (after(height(0.0)), SYMPLECTIC, {"floor-at-zero": None, EULER: 1 / 240}),
     "floor, fine steps": (after(height(0.0)), FINE, {"floor-at-zero": None}),
     "floor after the row": (before(height(0.0)), SYMPLECTIC, {"floor-at-zero": None, EULER: 1 / 240}),
