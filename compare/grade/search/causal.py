@@ -109,9 +109,11 @@ class CausalSearch(Changes):
         stops_at: processor time [s]; on_progress: called with the share that is done.
         """
         self._stops_at = stops_at
-        pool = [Candidate((), 0.0, 0.0, False, 0.0)]
+        pool, alone = [Candidate((), 0.0, 0.0, False, 0.0)], list[Candidate]()
         try:
-            if alone := self._alone(self._horizons()):
+            alone = self._alone(self._horizons())
+            # A step moves a falling body as another start velocity does, and so do several mistakes together.
+            if alone and not _is_vague(alone[0]):
                 return alone
             alike = self._shown_at_once()
             before = 0.0
@@ -137,7 +139,7 @@ class CausalSearch(Changes):
             self.is_stopped = True
         finally:
             self.look_at_all()
-        return pool
+        return [*alone[:1], *pool]
 
     def _shown_at_once(self) -> list[Mistakes]:
         """Return programs with what the first rows show by themselves: how late they are, and where the body starts.

@@ -13,7 +13,7 @@ from explained import explained
 from explanations import explanation, hypothesis, mistakes_of
 from planted import Spoilt
 from pose_files import write_poses
-from programs import Program, fly, read, write
+from programs import Program, Simulation, fly, read, write
 
 from tools.heldout import SCENES
 from tumble.compare.grade.grade import (
@@ -358,3 +358,13 @@ def test_the_time_of_a_search_is_not_spent_on_compiling():
     compiling_s, searching_s, answering_s = np.subtract(times_s(), before)
     assert compiling_s > 0.05
     assert max(searching_s, answering_s) < 0.3 * compiling_s
+
+
+def test_a_start_velocity_that_looks_like_a_step_and_a_weak_impulse_is_not_believed(tmp_path):
+    """A body that falls without rotating, hit by J dt: in a symplectic step, gravity moves it on by g dt^2 / 2."""
+    path = scene_path("die-straight")
+    throw = read(path)
+    weak = [{**hit, "value": np.array(hit["value"]) / 120} for hit in throw.impulses]
+    rows = Simulation(replace(throw, impulses=weak), Program(1 / 240, 2, "symplectic", until=1.2)).rows()
+    found = named(Path(write(tmp_path / "weak.csv", rows, throw.vertices, form="{:.7f}".format)), "die-straight")
+    assert found == {"impulse-wrong-magnitude": pytest.approx(1 / 120), "symplectic-euler": pytest.approx(1 / 240)}
