@@ -79,7 +79,8 @@ COARSE = LARGEST_NOISE
 # engine's whole scheme or with one mistake, and with several.
 RIGHT_IF_ONE, RIGHT_IF_SEVERAL = 0.97, 0.94
 # Single precision that explains more than so many times what the digits leave open explains much; and the most mistakes
-# that are called an explanation even so, or before all others were tried.
+# that are called an explanation even so, or before all others were tried, or if one of them explains almost any error
+# and noise is left.
 MUCH_BY_SINGLE, MOST_IF_OPEN = 10.0, 2
 
 # Processor time after which a search stops [s], and that of the shortest one on a slow machine.
@@ -232,8 +233,8 @@ class Grade:
 
         These are a step that is no part of a row interval or of a tick, a tick that is nearly the row
         interval, factors that are nearly 1, too many values without a name, and those of a mistake that explains a part
-        of almost any error.  The last do not count where only digits or noise are left; nor, beside no other
-        fitted value, where single precision is.
+        of almost any error.  The last do not count where only digits are left; nor where noise is, beside at most one
+        mistake; nor, beside no other fitted value, where single precision is.
         """
         if diagnosis.engines:
             return False
@@ -241,7 +242,8 @@ class Grade:
         if (
             any(m.hypothesis.vague for m in fitted)
             and diagnosis.best.in_digits > EXPLAINED
-            and not (diagnosis.best.is_noise or (self.measured.single and len(fitted) == 1))
+            and not (diagnosis.best.is_noise and len(diagnosis.best.mistakes) <= MOST_IF_OPEN)
+            and not (self.measured.single and len(fitted) == 1)
         ):
             return True
         near = NEARLY_RIGHT_OF_SEVERAL if len(fitted) > 1 else NEARLY_RIGHT

@@ -62,7 +62,8 @@ VALUED, VAGUE = 0.85, 0.5
 ALIKE_SQUARES = 9.0
 # Parts of a program of which any value is as good as a free translation.
 TRANSLATION = ("start velocity", "gravity")
-# Scores of what is left that differ by less are of the same motion, if one program has the other one's mistakes.
+# Scores of what is left that differ by less are of the same motion, if one program has the other one's mistakes, or as
+# many.
 SAME = 0.1
 
 
@@ -124,12 +125,11 @@ class CausalSearch(Changes):
                 begun = alike[:KEPT]
                 # A free translation is as good as a start velocity or an acceleration of any size.
                 single = _distinct([c for c in self._single.get(until, []) if not _is_free_translation(c)])
-                whole = min(self._fitted(known).score for known in self._known)
-                nearly, half = ([c.mistakes for c in single if c.score < share * whole] for share in (NEARLY, HALF))
+                whole = min(self._fitted(known).weight for known in self._known)
+                half = [c.mistakes for c in single if c.score < HALF * whole]
                 then = [c.mistakes for c in single[:SINGLE]]
-                others = filter(self._turns, dict.fromkeys((*half[:KEPT], *then)))
-                others = chain(self._same_before(begun[0], before), others)
-                pool = self._explored([*begun, *nearly[:KEPT], *self._known], others)
+                others = chain(self._same_before(begun[0], before), filter(self._turns, then))
+                pool = self._explored([*begun, *half[:KEPT], *self._known], others)
                 pool = self._swapped(pool, alike)
                 if not pool[0].is_whole or _is_vague(pool[0]):
                     pool = self._named(pool, then)
@@ -453,9 +453,11 @@ class CausalSearch(Changes):
         if child.score < known.score:
             child.is_expanded = known.is_expanded and child.score > known.score - ALIKE
             pool[key] = known = child
-        # A mistake may have no effect, or that of a variant, in the part that is looked at.
+        # A mistake may have no effect, or that of another one, in the part that is looked at.
         known.is_expanded = known.is_expanded or any(
-            c.is_expanded and _names(c) <= _names(known) and abs(self._misfit(c) - self._misfit(known)) < SAME
+            c.is_expanded
+            and (_names(c) <= _names(known) or len(c.mistakes) == len(known.mistakes))
+            and abs(self._misfit(c) - self._misfit(known)) < SAME
             for c in pool.values()
         )
         return known

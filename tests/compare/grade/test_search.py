@@ -17,6 +17,7 @@ from programs import Program, Simulation, fly, read, write
 
 from tools.heldout import SCENES
 from tumble.compare.grade.grade import (
+    EXPLAINED_PARTLY,
     EXPLAINED_WHOLLY,
     TOO_LITTLE,
     Grade,
@@ -72,7 +73,8 @@ def test_a_mistake_without_an_effect_is_not_followed(left, is_followed):
     first = search._add(pool, candidate("a", 500.0))
     first.is_expanded = True
     assert search._add(pool, candidate("ab", left)).is_expanded is not is_followed
-    assert not search._add(pool, candidate("b", left)).is_expanded
+    assert search._add(pool, candidate("b", left)).is_expanded is not is_followed, "it does the same as another one"
+    assert not search._add(pool, candidate("bc", left - 1.0)).is_expanded
 
 
 def test_a_body_that_turns_too_fast_for_any_step_has_no_scheme():
@@ -196,6 +198,18 @@ def test_a_small_error_is_due_to_an_engines_scheme_only_if_that_leaves_less_than
     null, best = explanation("", 8.0), replace(explanation("a", left, nothing=True), weight=-1e3)
     found = Diagnosis(null, best, (), (null, best), 1, cast(Any, None), engines=("an engine",))
     measured = SimpleNamespace(worst_m=8.0, resolution_m=0.0, excess_m=1.0, half_m=1.0, single=True)
+    scale = SimpleNamespace(floor_m=1.0, size_m=1e6)
+    assert Grade("file", cast(Any, None), cast(Any, measured), found, "", cast(Any, scale)).verdict == verdict
+
+
+@pytest.mark.parametrize(("others", "verdict"), [("a", EXPLAINED_WHOLLY), ("ab", EXPLAINED_PARTLY)])
+def test_noise_is_not_the_rest_of_several_mistakes_of_which_one_explains_anything(others, verdict):
+    vague = replace(hypothesis("vague"), vague=True, values=(0.0, 1.0))
+    null, best = explanation("", 80.0), explanation(others, 3.0)
+    best = replace(best, mistakes=(*best.mistakes, Mistake(vague, 0.5)), is_noise=True, weight=-1e3, in_digits=9.0)
+    found = Diagnosis(null, best, (), (null, best), 1, cast(Any, None))
+    measured = SimpleNamespace(worst_m=80.0, resolution_m=0.0, excess_m=1.0, half_m=1.0, single=False, spacing_s=1.0)
+    measured.sample = SimpleNamespace(times=np.arange(9.0))
     scale = SimpleNamespace(floor_m=1.0, size_m=1e6)
     assert Grade("file", cast(Any, None), cast(Any, measured), found, "", cast(Any, scale)).verdict == verdict
 
@@ -368,3 +382,15 @@ def test_a_start_velocity_that_looks_like_a_step_and_a_weak_impulse_is_not_belie
     rows = Simulation(replace(throw, impulses=weak), Program(1 / 240, 2, "symplectic", until=1.2)).rows()
     found = named(Path(write(tmp_path / "weak.csv", rows, throw.vertices, form="{:.7f}".format)), "die-straight")
     assert found == {"impulse-wrong-magnitude": pytest.approx(1 / 120), "symplectic-euler": pytest.approx(1 / 240)}
+
+
+def test_what_explains_most_with_the_right_translation_is_followed_first(tmp_path, monkeypatch):
+    """If the translation is free, a start velocity that is reversed explains nothing, but the rest is found upon it."""
+    throw, followed, dived = read(scene_path("two-hits")), [], CausalSearch._dived
+    rows = Simulation(replace(throw, v=-throw.v), Program(angular=0.05, until=1.5)).rows()
+    file = Path(write(tmp_path / "reversed.csv", rows, throw.vertices, form="{:.6f}".format))
+    monkeypatch.setattr(
+        CausalSearch, "_dived", lambda self, pool, chosen: followed.append(chosen) or dived(self, pool, chosen)
+    )
+    assert {"start-velocity-reversed", "angular-damping"} <= named(file, "two-hits").keys()
+    assert [m.hypothesis.name for m in followed[0].mistakes] == ["start-velocity-reversed"]
