@@ -21,6 +21,7 @@ from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.hypotheses.names import RENAMED_MISTAKES, RENAMED_PARAMETERS
 from tumble.compare.grade.hypotheses.scheme_hypotheses import SchemeHypotheses, Step
 from tumble.compare.grade.hypotheses.sensor_mistakes import SensorHypothesis, sensor_hypotheses
+from tumble.compare.grade.measure.speeds import SPEEDS
 from tumble.compare.grade.model.contact_law import ContactLaw
 from tumble.compare.grade.model.program_model import correct_program
 from tumble.compare.grade.model.sensor_model import ACCELEROMETER, GYRO, SensorModel
@@ -86,8 +87,8 @@ def contexts() -> Iterator[Context]:
         )
 
 
-# Largest velocity [m/s] and spin [rad/s] of a program: limits are below them.
-FASTEST, REACHED = {"velocity": 10.0, "spin": 10.0}, {"velocity": [5.0], "spin": [5.0]}
+# Largest speeds of a program, and those that rows reach [m/s, rad/s]: limits are below them.
+FASTEST, REACHED = dict.fromkeys(SPEEDS, 10.0), dict.fromkeys(SPEEDS, (5.0,))
 
 
 def tried() -> Iterator[Hypothesis]:

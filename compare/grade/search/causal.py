@@ -49,6 +49,8 @@ KEPT, SWAPPED = 3, 8
 MOST_MISTAKES = 8
 # Share of the time that is left in which others as good as a program are looked for, before they are fitted.
 PROFILED = 0.75
+# Floors that a linear estimate of values leaves, if no fit of these explains everything.
+FAR = 1e3
 # What one more mistake must gain before all of the run is looked at.
 MUCH = 30.0
 
@@ -126,10 +128,11 @@ class CausalSearch(Changes):
                 # A free translation is as good as a start velocity or an acceleration of any size.
                 single = _distinct([c for c in self._single.get(until, []) if not _is_free_translation(c)])
                 whole = min(self._fitted(known).weight for known in self._known)
-                half = [c.mistakes for c in single if c.score < HALF * whole]
+                nearly, half = ([c.mistakes for c in single if c.score < share * whole] for share in (NEARLY, HALF))
                 then = [c.mistakes for c in single[:SINGLE]]
-                others = chain(self._same_before(begun[0], before), filter(self._turns, then))
-                pool = self._explored([*begun, *half[:KEPT], *self._known], others)
+                others = filter(self._turns, dict.fromkeys((*half[:KEPT], *then)))
+                others = chain(self._same_before(begun[0], before), others)
+                pool = self._explored([*begun, *nearly[:KEPT], *self._known], others)
                 pool = self._swapped(pool, alike)
                 if not pool[0].is_whole or _is_vague(pool[0]):
                     pool = self._named(pool, then)
@@ -224,6 +227,13 @@ class CausalSearch(Changes):
         return shells.is_near(own) or float(shells.squares(own[None]).max()) <= ALIKE_SQUARES * float(
             shells.squares(known[None]).max()
         )
+
+    def is_far(self, mistakes: Mistakes) -> bool:
+        """Return whether mistakes leave much of all of the run, even with values as a linear estimate has them."""
+        self._fit.is_free = False
+        errors, slopes = self._simulations.errors([mistakes]), self._slopes(mistakes)
+        left = self._left(errors, slopes) if len(slopes) else errors
+        return float(self._simulations.shells.squares(left).max()) > FAR**2
 
     def refitted(self, mistakes: Mistakes) -> Mistakes:
         """Return mistakes with values fitted to all of the run."""

@@ -167,7 +167,7 @@ class Closing:
             others = tuple(other for other in best.mistakes if other.hypothesis is not mistake.hypothesis)
             wanted = dict.fromkeys((others, self._with_plain_ticks(others)))
             try:
-                refitted = [self._search.refitted(some) for some in wanted]
+                refitted = [self._search.refitted(some) for some in wanted if not self._search.is_far(some)]
             except SearchStopped:
                 self.is_stopped = True
                 return best
