@@ -6,7 +6,7 @@ from tumble.compare.grade.measure.conserved import fitted_pose
 from tumble.scenarios.frames import Array, turned_by
 
 # The velocity of the centre [m/s], the angular velocity [rad/s], and the largest component of each, world axes.
-SPEEDS = ("velocity", "spin", "velocity component", "spin component")
+SPEEDS: tuple[str, ...] = ("velocity", "spin", "velocity component", "spin component")
 # Shares of the intervals that are slower than a speed that rows reach: noise makes the fastest one faster.
 SLOWER = (1.0, 0.9)
 # Floors by which rows at rest may differ.

@@ -113,10 +113,13 @@ class Closing:
     def _in_classical_steps(self, mistakes: Mistakes, limit: Hypothesis) -> Iterator[Mistakes]:
         """Yield programs in steps of the classical Runge-Kutta method, with a limit where that has it."""
         context, classical = self._evaluator.context, self._proposals.classical
-        places = {limit, *(h for h in self._proposals.hypotheses if h.name == limit.name and not h.needs_steps)}
+        if classical is None:
+            return
+        plain = (h for h in self._proposals.hypotheses if h.name == limit.name and not h.needs_steps)
+        places = dict.fromkeys((limit, *plain))
         others = tuple(m for m in mistakes if m.hypothesis.part != STEPS)
         lengths = [length for length in context.parts if context.duration <= MOST_STEPS * length]
-        for place, length in product(places, lengths if classical else ()):
+        for place, length in product(places, lengths):
             placed = (m._replace(hypothesis=place) if m.hypothesis is limit else m for m in others)
             yield self._proposals.ordered((*placed, Mistake(classical, length)))
 
