@@ -11,7 +11,7 @@ from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.measure.significance import ALIKE, ResidualScale
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.parts import Parts
-from tumble.compare.grade.search.proposals import MOST_STEPS, Proposals, Run, SchemeKind
+from tumble.compare.grade.search.proposals import Proposals, Run, SchemeKind
 from tumble.scenarios.frames import Array
 
 # Schemes that are fitted, of all that are tried, and those that may be among them.
@@ -166,7 +166,7 @@ class Changes(Parts):
         # A limit in the classical method, which has no other effect that can be seen, depends on the step by leaps too.
         if any(m.hypothesis.limits for m in mistakes):
             classical = [kind for kind in kinds if kind.hypothesis is self._proposals.classical]
-            short = [s for s in self._context.parts if self._until <= MOST_STEPS * s]
+            short = self._proposals.short_steps(self._until)
             wanted += [(kind, self._upon(kind, s)) for kind in classical for s in short]
         return wanted
 

@@ -20,7 +20,7 @@ from tumble.compare.grade.model.program_model import next_tick
 from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.evaluator import Evaluator
-from tumble.compare.grade.search.proposals import MOST_STEPS, STEPS
+from tumble.compare.grade.search.proposals import STEPS
 from tumble.compare.grade.search.simulations import SearchStopped
 
 # Residuals within the floor, an upper bound of rounding: one is larger if it is this many times another, but not if it
@@ -112,14 +112,12 @@ class Closing:
 
     def _in_classical_steps(self, mistakes: Mistakes, limit: Hypothesis) -> Iterator[Mistakes]:
         """Yield programs in steps of the classical Runge-Kutta method, with a limit where that has it."""
-        context, classical = self._evaluator.context, self._proposals.classical
-        if classical is None:
+        if (classical := self._proposals.classical) is None:
             return
         plain = (h for h in self._proposals.hypotheses if h.name == limit.name and not h.needs_steps)
         places = dict.fromkeys((limit, *plain))
         others = tuple(m for m in mistakes if m.hypothesis.part != STEPS)
-        lengths = [length for length in context.parts if context.duration <= MOST_STEPS * length]
-        for place, length in product(places, lengths):
+        for place, length in product(places, self._proposals.short_steps(self._evaluator.context.duration)):
             placed = (m._replace(hypothesis=place) if m.hypothesis is limit else m for m in others)
             yield self._proposals.ordered((*placed, Mistake(classical, length)))
 

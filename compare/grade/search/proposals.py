@@ -382,6 +382,10 @@ class Proposals:
         found = dict.fromkeys([*(interval / part for part in (*ALWAYS, *usual, nearest)), *others])
         return [step for step in found if until <= MOST_STEPS * step]
 
+    def short_steps(self, until: float) -> list[float]:
+        """Return the steps that divide a row interval [s], without those that are too short for a run until a time."""
+        return [step for step in self._context.parts if until <= MOST_STEPS * step]
+
     def event_steps(self, mistakes: Mistakes, first: float, until: float) -> list[float]:
         """Return usual steps with which events of the scene, until a time [s], happen at other instants than before."""
         if self._has_tick(mistakes):

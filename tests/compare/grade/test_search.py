@@ -193,25 +193,28 @@ def test_plain_values_are_firm_though_single_precision_explains_much(value, is_o
     assert cast(Any, Grade.is_open).fget(grade_of_it) is is_open
 
 
-@pytest.mark.parametrize(("left", "verdict"), [(4.0, EXPLAINED_WHOLLY), (5.0, TOO_LITTLE)])
-def test_a_small_error_is_due_to_an_engines_scheme_only_if_that_leaves_less_than_half(left, verdict):
-    null, best = explanation("", 8.0), replace(explanation("a", left, nothing=True), weight=-1e3)
-    found = Diagnosis(null, best, (), (null, best), 1, cast(Any, None), engines=("an engine",))
-    measured = SimpleNamespace(worst_m=8.0, resolution_m=0.0, excess_m=1.0, half_m=1.0, single=True)
+def verdict(null, best, engines=(), **measured):
+    """Return the verdict on errors that `null` leaves and `best` explains; the floor is 1 m."""
+    found = Diagnosis(null, best, (), (null, best), 1, cast(Any, None), engines=engines)
+    sample = SimpleNamespace(times=np.arange(9.0))
+    known = {"worst_m": null.max_m, "resolution_m": 0.0, "excess_m": 1.0, "half_m": 1.0, "spacing_s": 1.0}
+    seen = SimpleNamespace(sample=sample, **known, **measured)
     scale = SimpleNamespace(floor_m=1.0, size_m=1e6)
-    assert Grade("file", cast(Any, None), cast(Any, measured), found, "", cast(Any, scale)).verdict == verdict
+    return Grade("file", cast(Any, None), cast(Any, seen), found, "", cast(Any, scale)).verdict
 
 
-@pytest.mark.parametrize(("others", "verdict"), [("a", EXPLAINED_WHOLLY), ("ab", EXPLAINED_PARTLY)])
-def test_noise_is_not_the_rest_of_several_mistakes_of_which_one_explains_anything(others, verdict):
+@pytest.mark.parametrize(("left", "expected"), [(4.0, EXPLAINED_WHOLLY), (5.0, TOO_LITTLE)])
+def test_a_small_error_is_due_to_an_engines_scheme_only_if_that_leaves_at_most_half(left, expected):
+    null, best = explanation("", 8.0), replace(explanation("a", left, nothing=True), weight=-1e3)
+    assert verdict(null, best, ("an engine",), single=True) == expected
+
+
+@pytest.mark.parametrize(("others", "expected"), [("a", EXPLAINED_WHOLLY), ("ab", EXPLAINED_PARTLY)])
+def test_noise_is_not_the_rest_of_several_mistakes_of_which_one_explains_anything(others, expected):
     vague = replace(hypothesis("vague"), vague=True, values=(0.0, 1.0))
     null, best = explanation("", 80.0), explanation(others, 3.0)
     best = replace(best, mistakes=(*best.mistakes, Mistake(vague, 0.5)), is_noise=True, weight=-1e3, in_digits=9.0)
-    found = Diagnosis(null, best, (), (null, best), 1, cast(Any, None))
-    measured = SimpleNamespace(worst_m=80.0, resolution_m=0.0, excess_m=1.0, half_m=1.0, single=False, spacing_s=1.0)
-    measured.sample = SimpleNamespace(times=np.arange(9.0))
-    scale = SimpleNamespace(floor_m=1.0, size_m=1e6)
-    assert Grade("file", cast(Any, None), cast(Any, measured), found, "", cast(Any, scale)).verdict == verdict
+    assert verdict(null, best, single=False) == expected
 
 
 def test_what_is_found_is_compared_and_simplified_before_all_time_is_used(tmp_path, monkeypatch):
