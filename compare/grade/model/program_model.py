@@ -28,12 +28,13 @@ from tumble.compare.grade.model.kernel.dynamics import (
     SMOOTH,
     TURNED,
     UNMIXED,
-    Dynamics,
     Scheme,
     TetherLaw,
 )
+from tumble.compare.grade.model.kernel.parameters import NUMBERS
 from tumble.compare.grade.model.kernel.reading import POSE, between_ticks, instants_of
-from tumble.compare.grade.model.kernel.stepping import WIDTH, integrate
+from tumble.compare.grade.model.kernel.stepping import SEARCHING, WIDTH, integrate
+from tumble.compare.grade.model.numbers import changed_numbers
 from tumble.scenarios.forces import Law, stiffness
 from tumble.scenarios.frames import Array, rotation_matrix
 from tumble.scenarios.impulse import strike_point
@@ -42,10 +43,8 @@ from tumble.solver.forces import Forces
 from tumble.solver.scene_forces import forces_of
 from tumble.solver.vectors import Vector
 
-# Largest rotation in a continuous step [rad]: order 4 leaves errors of 1e-5 while searching, of 1e-9 at the end.
-SEARCHING, FINE = 0.2, 0.02
-# Of the shortest time in which a spring oscillates by a radian, while searching; finer with a power of the fineness.
-SPRING_STEP, SPRING_POWER = 0.16, 0.7
+# Largest rotation in a continuous step at the end [rad]: order 4 leaves errors of 1e-9.
+FINE = 0.02
 # A force's strength that has no effect, but is not the 0 that would remove a term from the kernel.
 NO_STRENGTH = 1e-200
 # Lists of events; the same ones are simulated again and again with other mistakes.
@@ -132,13 +131,6 @@ AT_ONCE, RIGHT_CLOCK = ImpulseApplication(), Clock()
 CONTINUOUS = Scheme(0.0, SMOOTH, EXPLICIT, False, 0.0, stored=IN_BODY)
 OutputTransform = Callable[[Pose], Pose]
 THE_SCENES_DRAG, THE_SCENES_TETHERS = (False, False, False), TetherLaw()
-# Fields of a program that are those of its dynamics, and on which nothing else in these depends; and fields on which
-# nothing in these depends.
-OF_DYNAMICS = frozenset({
-    "damping", "axis_damping", "damping_place", "damping_form", "gyroscopic", "frame_mixup", "tensor", "inverse_tensor",
-    "impulse_tensor", "attitude_rate_factor", "cap_place", "bounce", "floor_place",
-})  # fmt: skip
-APART_FROM_DYNAMICS = frozenset({"scheme", "clock", "output_transforms", "tick", "impulses", "rounding"})
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,13 +189,9 @@ class ProgramModel:
         fields = changed.__dict__
         fields.update(self.__dict__)
         fields.update(changes)
-        # Most of a program's parameters for the kernel are those of the program that it was changed from.
-        if APART_FROM_DYNAMICS.issuperset(changes):
-            fields["_dynamics"] = self._dynamics
-        elif OF_DYNAMICS.issuperset(changes):
-            fields["_dynamics"] = self._dynamics._replace(**changes)
-        else:
-            fields.pop("_dynamics", None)
+        # Most numbers for the kernel are those of the program that it was changed from.
+        if (row := fields.get("numbers")) is not None:
+            fields["numbers"] = changed_numbers(row, changed, changes)
         return changed
 
     @property
@@ -215,115 +203,33 @@ class ProgramModel:
         """Return the output of the program at increasing times [s], (T,); axes and q: from the body's file axes."""
         return outputs([self], times, fineness)[0]
 
-    def write_poses(self, rows: Array, times: Array, fineness: float) -> None:
-        """Write x, the matrix and q of its poses at times of its clock [s] into rows of `kernel.stepping`, (T, 22)."""
+    def times_reached(self, times: Array) -> Array:
+        """Return the times that the physics has reached at times of the program's clock [s]."""
         clock = self.clock
         if clock.stop < math.inf and self.event_tick:
             clock = clock._replace(stop=float(next_tick(clock.stop, self.event_tick)))
-        reached = clock.physics_times(times, self.rounding)
-        if clock.interpolation == ZERO_ORDER_HOLD:
-            self.simulate_into(rows, reached, fineness)
-        else:
-            self._write_between_ticks(rows, times, reached, fineness)
-
-    def _write_between_ticks(self, rows: Array, times: Array, reached: Array, fineness: float) -> None:
-        """Write the poses between the last tick of the physics and the next."""
-        clock, count = self.clock, len(times)
-        instants, first, found = np.empty(2 * count), np.empty(count), np.empty((count, POSE))
-        number = instants_of(np.rint(reached / clock.tick), instants, first)
-        at_ticks = self.simulate(clock.tick * instants[:number], fineness)
-        between_ticks(at_ticks, first, clock.fraction(times, self.rounding), clock.tick, clock.interpolation, found)
-        rows[:, X], rows[:, AXES], rows[:, Q] = found[:, 0:3], found[:, 3:12], found[:, 12:16]
-
-    @property
-    def _is_usual(self) -> bool:
-        """Whether nothing acts but by the laws of usual programs."""
-        others = any(self.drag) or self.swirl or self.gravity_in_body or any(self.up) or any(self.thresholds)
-        return not others and self.drag_law == THE_SCENES_DRAG and self.tether_law == THE_SCENES_TETHERS
-
-    def _by_the_scenes_laws(self) -> tuple[Forces, tuple[float, float, float]]:
-        """Return the forces that obey the scene's laws, the others without strength, and drag by another law."""
-        forces, other_drag = self.forces, (0.0, 0.0, 0.0)
-        if forces.tethers is not None and self.tether_law != THE_SCENES_TETHERS:
-            forces = forces._replace(tethers=np.zeros_like(forces.tethers))
-        if forces.drag is not None and self.drag_law != THE_SCENES_DRAG:
-            linear, angular = forces.drag
-            is_quadratic, is_quadratic_spin, is_undivided = self.drag_law
-            spin = 0.0 if angular is None else angular
-            other_drag = (
-                linear or 0.0 if is_quadratic else 0.0,
-                spin if is_quadratic_spin else 0.0,
-                spin if is_undivided else 0.0,
-            )
-            kept = None if linear is None else 0.0 if is_quadratic else linear
-            kept_spin = None if angular is None else 0.0 if is_quadratic_spin or is_undivided else angular
-            forces = forces._replace(drag=(kept, kept_spin))
-        return forces, other_drag
+        return clock.physics_times(times, self.rounding)
 
     def simulate(self, times: Array, fineness: float = SEARCHING) -> Array:
         """Return rows of `kernel.stepping` at times [s] that do not decrease, (T, 22), each after its impulses."""
-        rows = np.empty((len(times), WIDTH))
-        self.simulate_into(rows, times, fineness)
-        return rows
-
-    def simulate_into(self, rows: Array, times: Array, fineness: float) -> None:
-        """Write the rows of `simulate`, (T, 22)."""
-        delayed_gravity = (self.gravity_from, *(self.mass * self.gravity).tolist()) if self.gravity_from else None
-        scheme = self.scheme if self.scheme.attitude != SMOOTH else self.scheme._replace(step=fineness)
-        springs = 0.0
-        if self.stiffness:
-            rate = math.sqrt(self.stiffness * (1 / self.mass + self.body.reach**2 / self.moments.min()))
-            springs = rate * fineness * (SEARCHING / fineness) ** SPRING_POWER / SPRING_STEP
-        events = _events(self.impulses, self.application, delayed_gravity, self.event_tick)
-        integrate(self.start, times, rows, self._dynamics, events, springs, scheme, self.rounding)
+        return simulated([self], [times], fineness)
 
     @cached_property
-    def _dynamics(self) -> Dynamics:
-        """What moves the body, for the kernel."""
-        application = self.application
-        forces, other_drag = self._by_the_scenes_laws()
-        gravity = ZERO if self.gravity_from else tuple(self.gravity.tolist())
-        if (forces.mass, forces.gravity) != (self.mass, gravity):
-            forces = forces._replace(mass=self.mass, gravity=gravity)
-        w, x, y, z = self.start[3:7].tolist()
-        size = math.sqrt(w * w + x * x + y * y + z * z)
-        return Dynamics(
-            moments=tuple(self.moments.tolist()),
-            forces=forces,
-            damping=self.damping,
-            drag=self.drag,
-            other_drag=other_drag,
-            tether_law=self.tether_law,
-            tethers=self.forces.tethers,
-            axis_damping=self.axis_damping,
-            swirl=self.swirl,
-            gravity_in_body=self.gravity_in_body,
-            damping_place=self.damping_place,
-            damping_form=self.damping_form,
-            gyroscopic=self.gyroscopic,
-            frame_mixup=self.frame_mixup,
-            tensor=self.tensor,
-            inverse_tensor=self.inverse_tensor,
-            impulse_tensor=self.impulse_tensor,
-            first=(w / size, x / size, y / size, z / size),
-            file_axes=tuple(self.body.file_axes.tolist()),
-            attitude_rate_factor=self.attitude_rate_factor,
-            caps=self.caps,
-            component_caps=self.component_caps,
-            cap_place=self.cap_place,
-            lever=application.lever,
-            lever_motion=application.lever_motion,
-            lever_axes=application.lever_axes,
-            impulse_axes=application.axes,
-            impulse_sets=application.sets,
-            up=self.up,
-            bounce=self.bounce,
-            floor_place=self.floor_place,
-            thresholds=self.thresholds,
-            is_usual=self._is_usual,
-            is_capped=min(*self.caps, *self.component_caps) < math.inf,
-            has_other_tethers=self.tether_law != THE_SCENES_TETHERS,
-        )
+    def numbers(self) -> Array:
+        """What moves the body, as a row of `kernel.parameters`."""
+        return changed_numbers(np.zeros(NUMBERS), self)
+
+    def events(self) -> Array:
+        """Return what happens to the body, as in `kernel.events`, (E, 16)."""
+        delayed_gravity = (self.gravity_from, *(self.mass * self.gravity).tolist()) if self.gravity_from else None
+        return _events(self.impulses, self.application, delayed_gravity, self.event_tick)
+
+    def tethers(self) -> Array | None:
+        """Return tethers that obey the scene's law, then all, (2 k, 9)."""
+        every = self.forces.tethers
+        if every is None:
+            return None
+        return np.concatenate((every if self.tether_law == THE_SCENES_TETHERS else np.zeros_like(every), every))
 
 
 def output_points(body: Body) -> Array:
@@ -333,9 +239,7 @@ def output_points(body: Body) -> Array:
 
 def outputs(programs: Sequence[ProgramModel], times: Array, fineness: float = SEARCHING) -> list[Pose]:
     """Return what `ProgramModel.output` does of programs with one body, faster than one by one."""
-    rows = np.empty((len(programs), len(times), WIDTH))
-    for program, own in zip(programs, rows, strict=True):
-        program.write_poses(own, times, fineness)
+    rows = _poses(programs, times, fineness)
     axes, q = rows[:, :, AXES].reshape(-1, 3), rows[:, :, Q].reshape(-1, 4)
     found = []
     with np.errstate(all="ignore"):  # a run that diverged leaves a large residual
@@ -350,6 +254,71 @@ def outputs(programs: Sequence[ProgramModel], times: Array, fineness: float = SE
             for writing in program.output_transforms:
                 pose = writing(pose)
             found.append(pose)
+    return found
+
+
+def _poses(programs: Sequence[ProgramModel], times: Array, fineness: float) -> Array:
+    """Return rows of `kernel.stepping` of programs at times of their clocks [s], (N, T, 22): x, the matrix and q."""
+    reached = [program.times_reached(times) for program in programs]
+    between = {
+        number: TicksAround(each, program.clock.tick)
+        for number, (program, each) in enumerate(zip(programs, reached, strict=True))
+        if program.clock.interpolation != ZERO_ORDER_HOLD
+    }
+    if not between:
+        return simulated(programs, reached, fineness).reshape(len(programs), len(times), WIDTH)
+    for number, ticks in between.items():
+        reached[number] = ticks.instants_s
+    every = simulated(programs, reached, fineness)
+    rows, end = np.empty((len(programs), len(times), WIDTH)), 0
+    for number, program in enumerate(programs):
+        begin, end = end, end + len(reached[number])
+        if number in between:
+            own = rows[number], every[begin:end], program.clock
+            _write_between_ticks(*own, between[number].first, program.clock.fraction(times, program.rounding))
+        else:
+            rows[number] = every[begin:end]
+    return rows
+
+
+class TicksAround:
+    """The ticks before and after each row: instants_s of all, once each; first: the place of each row's first tick."""
+
+    def __init__(self, reached: Array, tick: float) -> None:
+        instants, self.first = np.empty(2 * len(reached)), np.empty(len(reached))
+        count = instants_of(np.rint(reached / tick), instants, self.first)
+        self.instants_s = tick * instants[:count]
+
+
+def _write_between_ticks(rows: Array, at_ticks: Array, clock: Clock, first: Array, fraction: Array) -> None:
+    """Write x, the matrix and q between the last tick of the physics and the next into rows, (T, 22)."""
+    found = np.empty((len(rows), POSE))
+    between_ticks(at_ticks, first, fraction, clock.tick, clock.interpolation, found)
+    rows[:, X], rows[:, AXES], rows[:, Q] = found[:, 0:3], found[:, 3:12], found[:, 12:16]
+
+
+def simulated(programs: Sequence[ProgramModel], times: Sequence[Array], fineness: float) -> Array:
+    """Return rows of `kernel.stepping` of programs with one body, one program's after the other's.
+
+    times: of each program [s], that do not decrease, (T,).
+    """
+    first, ends = programs[0], np.cumsum([len(each) for each in times])
+    events = [program.events() for program in programs]
+    found = np.empty((int(ends[-1]), WIDTH))
+    tethers = None if first.forces.tethers is None else np.concatenate([program.tethers() for program in programs])
+    integrate(
+        np.array([program.start for program in programs]),
+        np.concatenate(times),
+        ends,
+        found,
+        np.array([program.numbers for program in programs]),
+        first.forces,
+        tethers,
+        np.concatenate(events),
+        np.cumsum([len(each) for each in events]),
+        np.array([program.scheme for program in programs], dtype=float),
+        fineness,
+    )
     return found
 
 

@@ -25,9 +25,11 @@ from tumble.compare.grade.model.kernel.dynamics import (
 )
 from tumble.compare.grade.model.kernel.euler import euler_step, limited, matrix_step, to_single
 from tumble.compare.grade.model.kernel.events import happen
+from tumble.compare.grade.model.kernel.parameters import AT, dynamics_of, scheme_of
 from tumble.compare.grade.model.kernel.rates import twist
 from tumble.compare.grade.model.kernel.runge_kutta import continuous_step, runge_kutta_step, smooth_count
 from tumble.solver.compilation import borrowing, kernel_with
+from tumble.solver.forces import Forces
 from tumble.solver.quaternion import Quaternion, normalise, rotate, rotate_back, stretch
 from tumble.solver.vectors import Vector, add, dot, scale, times
 
@@ -38,6 +40,10 @@ MOST_STEPS, MOST_RADIANS = 100_000, 1_000.0
 NEARLY = 1e-9
 # Least share of a step, where a step is divided: so every part of it gets on.
 LEAST_SHARE = 1e-3
+# Largest rotation in a continuous step while searching [rad]: order 4 leaves errors of 1e-5.
+SEARCHING = 0.2
+# Of the shortest time in which a spring oscillates by a radian, while searching; finer with a power of the fineness.
+SPRING_STEP, SPRING_POWER = 0.16, 0.7
 # A speed that is as good as 0 [m/s].
 TINY = 1e-300
 
@@ -126,8 +132,19 @@ def _above_floor(motion: Motion, before: Motion, dt: float, dynamics: Dynamics, 
     return Motion(x, motion.q, add(motion.v, scale(other_rate - rate, up)), motion.w_body)
 
 
-@kernel_with(Path(__file__).parent)
-def integrate(
+@borrowing
+def _spring_rate(row: Array, fineness: float) -> float:
+    """Return an upper bound of the springs' angular frequency [rad/s], less if a search may be coarse."""
+    stiffness = row[AT.stiffness]
+    if stiffness == 0.0:
+        return 0.0
+    least = min(row[AT.moments], row[AT.moments + 1], row[AT.moments + 2])
+    rate = math.sqrt(stiffness * (1.0 / row[AT.mass] + row[AT.reach] * row[AT.reach] / least))
+    return rate * fineness * (SEARCHING / fineness) ** SPRING_POWER / SPRING_STEP
+
+
+@borrowing
+def _integrate(
     start: Array,
     times_s: Array,
     found: Array,
@@ -136,18 +153,18 @@ def integrate(
     spring_rate: float,
     scheme: Scheme,
     rounding: float,
+    columns: Array,
 ) -> None:
     """Simulate from a state, (13,), at t = 0 to times [s] that do not decrease, (T,); found: rows, (T, 22).
 
     events: in the order of their times, (E, 16); spring_rate: upper bound of the springs' angular frequency [rad/s];
-    rounding: of the times [s].  Between two times there are whole steps and a shorter last one, or only whole ones if
-    they fit within rounding; a continuous run takes equal steps.
+    rounding: of the times [s]; columns: room for a matrix.  Between two times there are whole steps and a shorter last
+    one, or only whole ones if they fit within rounding; a continuous run takes equal steps.
     """
     q = normalise((start[3], start[4], start[5], start[6]))
     w_matrix = (start[10], start[11], start[12])
     motion = Motion((start[0], start[1], start[2]), q, (start[7], start[8], start[9]), rotate_back(q, w_matrix))
     momentum = rotate(q, times(dynamics.moments, motion.w_body))
-    columns = np.empty((3, 3))
     columns[0, 0], columns[0, 1], columns[0, 2] = rotate(q, (1.0, 0.0, 0.0))
     columns[1, 0], columns[1, 1], columns[1, 2] = rotate(q, (0.0, 1.0, 0.0))
     columns[2, 0], columns[2, 1], columns[2, 2] = rotate(q, (0.0, 0.0, 1.0))
@@ -221,3 +238,41 @@ def integrate(
         else:
             _write(found[row], motion, stretch(length, motion.q), columns, w_matrix, scheme.attitude)
             row += 1
+
+
+@kernel_with(Path(__file__).parent)
+def integrate(
+    starts: Array,
+    times_s: Array,
+    ends: Array,
+    found: Array,
+    numbers: Array,
+    scene: Forces,
+    tethers: Array | None,
+    events: Array,
+    event_ends: Array,
+    schemes: Array,
+    fineness: float,
+) -> None:
+    """Simulate programs, each from a state, (N, 13), at t = 0 to times of its own [s] that do not decrease.
+
+    times_s, found: one program's after the other's, (T,) and (T, 22); ends: where those of each end, (N,); numbers,
+    scene, tethers: as in `kernel.parameters`; events: in the order of their times, (E, 16), and where those of each
+    program end, (N,); schemes: rows of `Scheme`; fineness: rotation in a step of a continuous run [rad].
+    """
+    columns = np.empty((3, 3))
+    begin, first = 0, 0
+    for program in range(len(ends)):
+        end, last, row = ends[program], event_ends[program], numbers[program]
+        _integrate(
+            starts[program],
+            times_s[begin:end],
+            found[begin:end],
+            dynamics_of(numbers, program, scene, tethers),
+            events[first:last],
+            _spring_rate(row, fineness),
+            scheme_of(schemes[program], fineness),
+            row[AT.rounding],
+            columns,
+        )
+        begin, first = end, last
