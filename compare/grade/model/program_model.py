@@ -32,7 +32,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     TetherLaw,
 )
 from tumble.compare.grade.model.kernel.parameters import NUMBERS
-from tumble.compare.grade.model.kernel.reading import POSE, between_ticks, instants_of
+from tumble.compare.grade.model.kernel.reading import between_ticks, instants_of
 from tumble.compare.grade.model.kernel.stepping import SEARCHING, WIDTH, integrate
 from tumble.compare.grade.model.numbers import changed_numbers
 from tumble.scenarios.forces import Law, stiffness
@@ -47,8 +47,9 @@ from tumble.solver.vectors import Vector
 FINE = 0.02
 # A force's strength that has no effect, but is not the 0 that would remove a term from the kernel.
 NO_STRENGTH = 1e-200
-# Lists of events; the same ones are simulated again and again with other mistakes.
-EVENTS_CACHED = 1024
+# Lists of events, and clocks with rows; the same ones are simulated again and again with other mistakes.
+EVENTS_CACHED, CLOCKS_CACHED = 1024, 1024
+NO_EVENTS = np.empty((0, EVENT))
 ZERO: Vector = (0.0, 0.0, 0.0)
 # Tolerance for the number of ticks at a time to be a whole number.
 WHOLE = 1e-6
@@ -76,11 +77,9 @@ class Clock(NamedTuple):
 
     def physics_times(self, times: Array, rounding: float = 0.0) -> Array:
         """Return the times of the physics [s], at least 0; rounding: of the logged times [s]."""
-        if self is RIGHT_CLOCK:
-            return times
         reached = self.rate * times + self.offset
         reached = in_ticks(reached, self.tick, self.lag, rounding) if self.tick else reached
-        return np.clip(reached, 0.0, self.stop)
+        return np.minimum(np.maximum(reached, 0.0), self.stop)
 
     def fraction(self, times: Array, rounding: float) -> Array:
         """Return the fraction of a tick since the last one, from 0 to 1."""
@@ -203,12 +202,14 @@ class ProgramModel:
         """Return the output of the program at increasing times [s], (T,); axes and q: from the body's file axes."""
         return outputs([self], times, fineness)[0]
 
-    def times_reached(self, times: Array) -> Array:
-        """Return the times that the physics has reached at times of the program's clock [s]."""
+    def instants(self, times: Array, key: bytes) -> "Instants":
+        """Return the instants that are simulated for rows at times of the program's clock [s]; key: their bytes."""
         clock = self.clock
+        if clock is RIGHT_CLOCK:
+            return Instants(times)
         if clock.stop < math.inf and self.event_tick:
             clock = clock._replace(stop=float(next_tick(clock.stop, self.event_tick)))
-        return clock.physics_times(times, self.rounding)
+        return _instants(clock, self.rounding, key)
 
     def simulate(self, times: Array, fineness: float = SEARCHING) -> Array:
         """Return rows of `kernel.stepping` at times [s] that do not decrease, (T, 22), each after its impulses."""
@@ -221,6 +222,8 @@ class ProgramModel:
 
     def events(self) -> Array:
         """Return what happens to the body, as in `kernel.events`, (E, 16)."""
+        if not self.impulses and not self.gravity_from:
+            return NO_EVENTS
         delayed_gravity = (self.gravity_from, *(self.mass * self.gravity).tolist()) if self.gravity_from else None
         return _events(self.impulses, self.application, delayed_gravity, self.event_tick)
 
@@ -259,42 +262,43 @@ def outputs(programs: Sequence[ProgramModel], times: Array, fineness: float = SE
 
 def _poses(programs: Sequence[ProgramModel], times: Array, fineness: float) -> Array:
     """Return rows of `kernel.stepping` of programs at times of their clocks [s], (N, T, 22): x, the matrix and q."""
-    reached = [program.times_reached(times) for program in programs]
-    between = {
-        number: TicksAround(each, program.clock.tick)
-        for number, (program, each) in enumerate(zip(programs, reached, strict=True))
-        if program.clock.interpolation != ZERO_ORDER_HOLD
-    }
-    if not between:
-        return simulated(programs, reached, fineness).reshape(len(programs), len(times), WIDTH)
-    for number, ticks in between.items():
-        reached[number] = ticks.instants_s
-    every = simulated(programs, reached, fineness)
+    key = times.tobytes()
+    every = [program.instants(times, key) for program in programs]
+    simulations = simulated(programs, [instants.reached for instants in every], fineness)
+    if all(instants.first is None for instants in every):
+        return simulations.reshape(len(programs), len(times), WIDTH)
     rows, end = np.empty((len(programs), len(times), WIDTH)), 0
-    for number, program in enumerate(programs):
-        begin, end = end, end + len(reached[number])
-        if number in between:
-            own = rows[number], every[begin:end], program.clock
-            _write_between_ticks(*own, between[number].first, program.clock.fraction(times, program.rounding))
+    for row, program, instants in zip(rows, programs, every, strict=True):
+        begin, end = end, end + len(instants.reached)
+        own, clock = simulations[begin:end], program.clock
+        if instants.first is None:
+            row[:] = own
         else:
-            rows[number] = every[begin:end]
+            between_ticks(own, instants.first, instants.fraction, clock.tick, clock.interpolation, row)
     return rows
 
 
-class TicksAround:
-    """The ticks before and after each row: instants_s of all, once each; first: the place of each row's first tick."""
+class Instants(NamedTuple):
+    """The instants that are simulated for some rows: reached [s], (N,).
 
-    def __init__(self, reached: Array, tick: float) -> None:
-        instants, self.first = np.empty(2 * len(reached)), np.empty(len(reached))
-        count = instants_of(np.rint(reached / tick), instants, self.first)
-        self.instants_s = tick * instants[:count]
+    Rows between two ticks have the place of the first tick in them, and the fraction of a tick since, (T,).
+    """
+
+    reached: Array
+    first: Array | None = None
+    fraction: Array | None = None
 
 
-def _write_between_ticks(rows: Array, at_ticks: Array, clock: Clock, first: Array, fraction: Array) -> None:
-    """Write x, the matrix and q between the last tick of the physics and the next into rows, (T, 22)."""
-    found = np.empty((len(rows), POSE))
-    between_ticks(at_ticks, first, fraction, clock.tick, clock.interpolation, found)
-    rows[:, X], rows[:, AXES], rows[:, Q] = found[:, 0:3], found[:, 3:12], found[:, 12:16]
+@lru_cache(maxsize=CLOCKS_CACHED)
+def _instants(clock: Clock, rounding: float, times: bytes) -> Instants:
+    """Return the instants of a clock for rows at times [s], as bytes; rounding: of these [s]."""
+    logged = np.frombuffer(times)
+    reached = clock.physics_times(logged, rounding)
+    if clock.interpolation == ZERO_ORDER_HOLD:
+        return Instants(reached)
+    instants, first = np.empty(2 * len(reached)), np.empty(len(reached))
+    count = instants_of(np.rint(reached / clock.tick), instants, first)
+    return Instants(clock.tick * instants[:count], first, clock.fraction(logged, rounding))
 
 
 def simulated(programs: Sequence[ProgramModel], times: Sequence[Array], fineness: float) -> Array:

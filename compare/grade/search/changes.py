@@ -12,6 +12,7 @@ from tumble.compare.grade.measure.significance import ALIKE, ResidualScale
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.parts import Parts
 from tumble.compare.grade.search.proposals import Proposals, Run, SchemeKind
+from tumble.compare.grade.search.shells import finite
 from tumble.scenarios.frames import Array
 
 # Schemes that are fitted, of all that are tried, and those that may be among them.
@@ -206,7 +207,7 @@ class Changes(Parts):
         errors, slopes = self._simulations.errors([mistakes]), self._all_slopes(mistakes)
         root = np.sqrt(shells.precisions(errors))[..., None]
         with np.errstate(all="ignore"):
-            every = np.nan_to_num(np.concatenate((errors, found - errors, slopes)), posinf=0.0, neginf=0.0)
+            every = finite(np.concatenate((errors, found - errors, slopes)))
             every = np.clip(every, -HUGE, HUGE)
             if self._fit.is_free:
                 every = shells.without_translation(every, errors[0])

@@ -6,6 +6,7 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.explanation import Mistakes, value_of, with_value
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
+from tumble.compare.grade.search.shells import finite
 from tumble.compare.grade.search.simulations import Simulations
 from tumble.scenarios.frames import Array
 
@@ -16,7 +17,7 @@ DIFFERENCE = 1e-3
 # First step from a value outside of those that are tried first, over their range.
 OUTSIDE = 0.02
 # How much of the diagonal is added to the normal equations: all are tried at once.
-DAMPED = (1e-9, 1e-2, 1.0)
+DAMPED = np.array((1e-9, 1e-2, 1.0))
 # A translation whose start, acceleration and impulses are still free costs as much, and in addition a share of what it
 # would cost with the right ones.
 FREE, SHARE = 60.0, 0.02
@@ -65,7 +66,7 @@ class Fit:
         at = _packed(mistakes, free)
         moved = [_with_values(mistakes, free, at + DIFFERENCE * units * one) for one in np.eye(len(at))]
         with np.errstate(all="ignore"):
-            return np.nan_to_num((self._simulations.errors(moved) - errors) / DIFFERENCE, posinf=0.0, neginf=0.0)
+            return finite((self._simulations.errors(moved) - errors) / DIFFERENCE)
 
     def directions_of(self, wanted: Sequence[tuple[Mistakes, Hypothesis]], errors: Array) -> list[Array]:
         """Return the derivatives of residuals by the value of a hypothesis in each of some mistakes.
@@ -80,7 +81,7 @@ class Fit:
         if not moved:
             return []
         with np.errstate(all="ignore"):
-            every = np.nan_to_num((self._simulations.errors(moved) - errors) / DIFFERENCE, posinf=0.0, neginf=0.0)
+            every = finite((self._simulations.errors(moved) - errors) / DIFFERENCE)
         return np.split(every, np.cumsum([hypothesis.dimension for _, hypothesis in wanted])[:-1])
 
     def moved(self, mistakes: Mistakes, free: Sequence[Hypothesis], steps: Array) -> Mistakes:
@@ -98,18 +99,15 @@ class Fit:
     def solutions(self, slopes: Array, errors: Array) -> list[Array]:
         """Return the steps that make residuals least, with more and more damping; (P, T, K, 3), (T, K, 3)."""
         with np.errstate(all="ignore"):
-            every = np.nan_to_num(np.concatenate((slopes, errors[None])), posinf=0.0, neginf=0.0)
-            every = self._weighted(every)
+            every = self._weighted(finite(np.concatenate((slopes, errors[None]))))
             normal, gradient = every[:-1] @ every[:-1].T, every[:-1] @ every[-1]
         size = np.diag(normal).copy()
         size[size == 0] = 1.0
-        found = []
-        for damped in DAMPED:
-            try:
-                found.append(-np.linalg.solve(normal + np.diag(damped * size), gradient))
-            except np.linalg.LinAlgError:
-                continue
-        return found
+        damped = normal + DAMPED[:, None, None] * np.diag(size)
+        try:
+            return list(-np.linalg.solve(damped, gradient[:, None])[:, :, 0])
+        except np.linalg.LinAlgError:
+            return []
 
     def _weighted(self, every: Array) -> Array:
         """Return derivatives and at last residuals, (P + 1, T, K, 3), as precise as rows are, as `scored` does.

@@ -8,7 +8,7 @@ from tumble.compare.grade.hypotheses.explanation import Mistakes
 from tumble.compare.grade.measure.significance import ResidualScale
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.least_squares import Fit, free_values
-from tumble.compare.grade.search.shells import Shells
+from tumble.compare.grade.search.shells import Shells, finite
 from tumble.compare.grade.search.simulations import Simulations
 from tumble.scenarios.frames import Array
 
@@ -119,7 +119,7 @@ class Parts:
         """Return what derivatives, (P, T, K, 3), leave of residuals, (V, T, K, 3)."""
         shells = self._simulations.shells
         with np.errstate(all="ignore"):
-            known, count = np.nan_to_num(errors, posinf=0.0, neginf=0.0), len(slopes)
+            known, count = finite(errors), len(slopes)
             if self._fit.is_free:
                 median = known[int(np.argsort(shells.weights(known))[len(known) // 8])]
                 known, slopes = shells.without_translation(known, median), shells.without_translation(slopes, median)

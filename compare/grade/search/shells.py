@@ -6,11 +6,20 @@ makes the first rows right counts, even if the rest is as wrong as before, becau
 centre and the rotation are weighed apart as well, for many mistakes are of one of them alone.
 """
 
+from itertools import pairwise
+
 import numpy as np
 
 from tumble.compare.grade.measure.conserved import fitted_pose
 from tumble.compare.grade.measure.errors import SampledRows, golden_subsample
 from tumble.compare.grade.measure.significance import EXPLAINED, FREE_OF_A_BODY, ResidualScale
+from tumble.compare.grade.search.kernels import (
+    pose_residuals,
+    precisions_of,
+    squares_of,
+    translation_equations,
+    without_translation,
+)
 from tumble.scenarios.frames import Array, rotation_matrix
 
 # First rows that are all looked at, rows after an impulse, and all rows.
@@ -29,6 +38,8 @@ LARGEST = 1e6
 FLAT = 1e-6
 # Their distances are those of a rigid body if a pose leaves at most so many floors.
 RIGID = 20.0
+# The block of the centre.
+THE_CENTRE = np.array((0, 1))
 # What is left for the translation, over its rounding, so that equations can be solved.
 REGULAR = 1e-12
 
@@ -51,7 +62,8 @@ class Shells:
         self._trust = 1.0 / self.floors_m[:, None, :]
         self._reach = float(np.sqrt((points**2).sum(axis=1).mean())) or 1.0
         self._points = points
-        self.is_pose, self._x, self._axes = _affine(vertices, points, self.floors_m)
+        self.is_pose, x, axes = _affine(vertices, points, self.floors_m)
+        self._x, self._axes = np.ascontiguousarray(x), np.ascontiguousarray(axes)
         self._vertices = vertices
         edges, size = [0], 0
         for size in SHELLS:
@@ -63,7 +75,8 @@ class Shells:
         self._edges = np.unique(edges)
         self.sizes = np.diff(self._edges)
         # The centre, and the three points that rotate; or all vertices.
-        self._blocks = (slice(0, 1), slice(1, 4)) if self.is_pose else (slice(0, len(points)),)
+        self._points_from = np.array((0, 1, 4) if self.is_pose else (0, len(points)))
+        self._blocks = [slice(*both) for both in pairwise(self._points_from.tolist())]
         free = min(FREE_OF_A_BODY, 3 * len(points)) / len(self._blocks)
         self._numbers = self.sizes * free
         self._most = np.square(LARGEST * scale.size_m * self._trust.max())
@@ -82,33 +95,32 @@ class Shells:
 
     def residuals(self, x: Array, axes: Array, has_centre: bool) -> Array:
         """Return what programs leave, in floors, (V, T, 4, 3), from x [m], (V, T, 3), and axes, (V, T, 3, 3)."""
-        with np.errstate(all="ignore"):
-            if not self.is_pose:
-                places = np.einsum("vtij,kj->vtki", axes, self._points)
-                places = places + x[:, :, None] if has_centre else places
-                return (self._vertices - places) * self._trust
+        if self.is_pose:
             found = np.empty((*x.shape[:2], 4, 3))
-            found[:, :, 0] = self._x - x if has_centre else 0.0
-            found[:, :, 1:] = self._reach * np.swapaxes(self._axes - axes, 2, 3)
-            return found * self._trust
+            own = self._x, self._axes, self._reach
+            pose_residuals(x, axes, *own, has_centre, self._trust[:, 0], found)
+            return found
+        with np.errstate(all="ignore"):
+            places = np.einsum("vtij,kj->vtki", axes, self._points)
+            places = places + x[:, :, None] if has_centre else places
+            return (self._vertices - places) * self._trust
 
     def squares(self, errors: Array) -> Array:
         """Return the mean squares in each shell of the centre and of the rotation, in floors, (V, shells, 2).
 
         errors: residuals, (V, T, K, 3).  If a file has too few vertices for that, there is one of all: (V, shells, 1).
         """
-        return np.stack([self._squares_of(part) for part in self.parts(errors)], axis=2)
+        return self._squares_of(errors, self._points_from)
 
     def parts(self, errors: Array) -> list[Array]:
         """Return residuals, (V, T, K, 3), of the centre and of the rotation; all in one where they are not apart."""
         return [errors[:, :, block] for block in self._blocks]
 
-    def _squares_of(self, part: Array) -> Array:
-        """Return the mean squares in each shell of a part of residuals, (V, T, k, 3): (V, shells)."""
-        with np.errstate(all="ignore"):
-            found = np.einsum("vtki,vtki->vt", part, part) / (3 * part.shape[2])
-        found = np.where(np.isfinite(found), np.minimum(found, self._most), self._most)
-        return np.add.reduceat(found, self._edges[:-1], axis=1) / self.sizes
+    def _squares_of(self, part: Array, points: np.ndarray) -> Array:
+        """Return the mean squares in each shell of residuals, (V, T, K, 3), in blocks of points: (V, S, B)."""
+        found = np.empty((len(part), len(self.sizes), len(points) - 1))
+        squares_of(part, self._edges, points, self._most, found)
+        return found
 
     def weights(self, errors: Array) -> Array:
         """Return the information criterion of residuals, (V, T, K, 3), without the cost of assumptions: (V,).
@@ -124,21 +136,14 @@ class Shells:
         if not self.is_pose:
             return weights, weights
         left = self._centre_without_translation(errors, errors)
-        free = np.log1p(self._squares_of(left[:, :, None]))
-        return weights, weights + (free - logarithms[:, :, 0]) @ self._numbers
+        free = np.log1p(self._squares_of(left[:, :, None], THE_CENTRE))
+        return weights, weights + (free - logarithms)[:, :, 0] @ self._numbers
 
     def precisions(self, errors: Array) -> Array:
         """Return the weights of residuals, (V, T, K, 3), in a fit that minimises `weights`: (V, T, K)."""
-        rows = np.repeat(1.0 / (1.0 + self.squares(errors)), self.sizes, axis=1)
-        return np.concatenate(
-            [
-                np.repeat(
-                    rows[:, :, number : number + 1] / (block.stop - block.start), block.stop - block.start, axis=2
-                )
-                for number, block in enumerate(self._blocks)
-            ],
-            axis=2,
-        )
+        found = np.empty(errors.shape[:3])
+        precisions_of(self.squares(errors), self._edges, self._points_from, found)
+        return found
 
     def is_whole(self, errors: Array) -> bool:
         """Return whether residuals, (T, K, 3), are within the floor: all of them, and nearly those of each shell."""
@@ -178,18 +183,20 @@ class Shells:
 
     def _centre_without_translation(self, errors: Array, like: Array) -> Array:
         """Return what `without_translation` leaves of the centre's residuals, (V, T, 3)."""
-        rows = np.repeat(1.0 / (1.0 + self._squares_of(like[:, :, :1])), self.sizes, axis=1)
-        with np.errstate(all="ignore"):
-            off = np.nan_to_num(errors[:, :, 0], posinf=0.0, neginf=0.0) / self._trust[:, 0]
-            rows = rows * self._trust[:, 0].mean(axis=1) ** 2
-            count = self._powers.shape[1]
-            pairs = (self._powers[:, :, None] * self._powers[:, None]).reshape(-1, count * count)
-            normal = (rows @ pairs).reshape(-1, count, count)
-            right = self._powers.T @ (off * rows[:, :, None])
-            size = np.einsum("vpp->vp", normal)
-            normal = normal + REGULAR * np.eye(count) * size.max(axis=1)[:, None, None]
-            left = off - self._powers @ np.linalg.solve(normal, right)
-        return left * self._trust[:, 0]
+        count, centres, trust = self._powers.shape[1], np.ascontiguousarray(errors[:, :, 0]), self._trust[:, 0]
+        normal, right = np.empty((len(errors), count, count)), np.empty((len(errors), count, 3))
+        precise = self._squares_of(np.ascontiguousarray(like[:, :, :1]), THE_CENTRE)[:, :, 0]
+        translation_equations(centres, precise, self._edges, self._powers, trust, normal, right)
+        size = np.einsum("vpp->vp", normal)
+        normal += REGULAR * np.eye(count) * size.max(axis=1)[:, None, None]
+        left = np.empty(centres.shape)
+        without_translation(centres, self._powers, np.linalg.solve(normal, right), trust, left)
+        return left
+
+
+def finite(numbers: Array) -> Array:
+    """Return numbers with 0 in the place of those of a run that diverged."""
+    return np.where(np.isfinite(numbers), numbers, 0.0)
 
 
 def _chosen(times: Array, until: float, events: Array) -> np.ndarray:

@@ -42,16 +42,14 @@ class Simulations:
             return self._last[1]
         runs = [_run_of(mistakes) for mistakes in programs]
         self._simulate(runs)
-        shells = self.shells
-        x, axes = np.empty((len(programs), len(shells), 3)), np.empty((len(programs), len(shells), 3, 3))
+        poses = [self._poses[run] for run in runs]
         with np.errstate(all="ignore"):  # a run that diverged
             for number, (mistakes, run) in enumerate(zip(programs, runs, strict=True)):
-                pose = self._poses[run]
                 if run is not mistakes:
-                    for transform in self._program(mistakes).output_transforms:
-                        pose = transform(pose)
-                x[number], axes[number] = pose.x, pose.axes
-            errors = shells.residuals(x, axes, self.context.has_centre)
+                    for transform in self._written(mistakes, run).output_transforms:
+                        poses[number] = transform(poses[number])
+        x, axes = np.array([pose.x for pose in poses]), np.array([pose.axes for pose in poses])
+        errors = self.shells.residuals(x, axes, self.context.has_centre)
         if len(programs) == 1:
             self._last = programs[0], errors
         return errors
@@ -84,13 +82,20 @@ class Simulations:
         return largest_speeds(rows[:, V], rows[:, W])
 
     def _program(self, mistakes: Mistakes) -> ProgramModel:
-        """Return the model of a program with mistakes; programs with the first ones of them are kept."""
-        if not mistakes:
-            return self.context.program
-        first = self._programs.get(mistakes[:-1])
-        if first is None:
-            first = self._programs[mistakes[:-1]] = self._program(mistakes[:-1])
-        return mistakes[-1].hypothesis.change(first, mistakes[-1].value)
+        """Return the model of a program with mistakes; it is kept, as are those with the first ones of them."""
+        found = self._programs.get(mistakes)
+        if found is None:
+            hypothesis, value = mistakes[-1]
+            found = self._programs[mistakes] = hypothesis.change(self._program(mistakes[:-1]), value)
+        return found
+
+    def _written(self, mistakes: Mistakes, run: Mistakes) -> ProgramModel:
+        """Return the model of a program with mistakes, of which a run has all but those of its output."""
+        program = self._program(run)
+        for hypothesis, value in mistakes:
+            if hypothesis.part in OUTPUT_PARTS:
+                program = hypothesis.change(program, value)
+        return program
 
 
 def _run_of(mistakes: Mistakes) -> Mistakes:

@@ -9,7 +9,6 @@ import numpy as np
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice, grid
 from tumble.compare.grade.model.program_model import ProgramModel, with_output_transform
 from tumble.scenarios.frames import Array
-from tumble.scenarios.mass import box
 from tumble.scenarios.scene import Impulse
 
 TWICE = {0.5: "half edges used as edges", 2.0: "edges used as half edges"}
@@ -60,8 +59,8 @@ def _resized(along: Array, vertices: bool) -> Callable[[ProgramModel, float], Pr
 def _with_edges(program: ProgramModel, by: Array, vertices: bool) -> ProgramModel:
     """Return the program with the body's edges multiplied by factors, (3,)."""
     assert program.body.size is not None
-    moments = program.moments * np.diag(box(1.0, by * program.body.size).tensor)
-    moments = moments / np.diag(box(1.0, program.body.size).tensor)
+    before, after = (np.square(size) for size in (program.body.size, by * program.body.size))
+    moments = program.moments * (after.sum() - after) / (before.sum() - before)  # of a box, about its middle
     impulses = tuple(_moved(impulse, by, program.body.points) for impulse in program.impulses)
     changed = program.but(moments=moments, impulses=impulses)
     return with_output_transform(changed, lambda pose: pose._replace(axes=pose.axes * by)) if vertices else changed

@@ -291,13 +291,15 @@ def _rotating(axis: int, rate: float) -> OutputTransform:
 
 
 def _in_axes(names: Array, vertices: bool) -> OutputTransform:
-    """Return a pose in other world axes, x -> A x.
+    """Return a pose in other world axes, x -> A x, by a signed permutation A.
 
     Vertices become A R p.  In a pose the body's axes change as well, A R A^T.
     """
+    order, signs = np.abs(names).argmax(axis=1), names.sum(axis=1)
+    columns, column_signs = (np.arange(3), np.ones(3)) if vertices else (order, signs)
+    turned, both_signs = order[:, None], signs[:, None] * column_signs
 
     def write(pose: Pose) -> Pose:
-        axes = names @ pose.axes
-        return pose._replace(x=pose.x @ names.T, axes=axes if vertices else axes @ names.T)
+        return pose._replace(x=pose.x[:, order] * signs, axes=pose.axes[:, turned, columns] * both_signs)
 
     return write

@@ -20,8 +20,8 @@ from tumble.solver.vectors import Vector, dot
 class Layout(NamedTuple):
     """How many numbers each part of a row has.
 
-    reach [m], stiffness [N/m]: of the body, and of what pulls at it; rounding: of the times [s]; scene_drag, scene_floor:
-    of `solver.forces`; the others as in `Dynamics` and `Forces`.
+    reach [m], stiffness [N/m]: of the body, and of what pulls at it; rounding: of the times [s]; scene_drag,
+    scene_floor: of `solver.forces`; the others as in `Dynamics` and `Forces`.
     """
 
     moments: int = 3

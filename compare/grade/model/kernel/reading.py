@@ -9,8 +9,8 @@ from tumble.compare.grade.model.kernel.dynamics import Array
 from tumble.solver.compilation import kernel_with
 from tumble.solver.quaternion import exponential, product
 
-# Columns of a row: x, matrix, q.
-POSE = 16
+# Column of a row of `kernel.stepping` at which its quaternion begins.
+Q = 18
 # The attitude along an arc; q linearly, and normalised; moved on from the last tick at its velocities.
 SLERP, LINEAR, EXTRAPOLATED = 1, 2, 3
 # Cosine of an angle below which an arc is a line.
@@ -35,9 +35,9 @@ def instants_of(ticks: Array, instants: Array, first: Array) -> int:
 
 @kernel_with(Path(__file__).parent)
 def between_ticks(rows: Array, first: Array, fraction: Array, tick: float, kind: int, found: Array) -> None:
-    """Write poses, (T, 16), between two ticks that follow each other.
+    """Write poses between two ticks that follow each other: x, the matrix and q of rows of `kernel.stepping`, (T, 22).
 
-    rows: of `kernel.stepping`, at ticks, (N, 22); first: the row of each pose's first tick, (T,); fraction: of a tick
+    rows: of the same, at ticks, (N, 22); first: the row of each pose's first tick, (T,); fraction: of a tick
     since then, (T,); tick: [s].
     """
     for number in range(len(first)):
@@ -61,7 +61,7 @@ def between_ticks(rows: Array, first: Array, fraction: Array, tick: float, kind:
                 one, other = math.sin(one * angle) / math.sin(angle), math.sin(other * angle) / math.sin(angle)
             w, x = one * q[0] + sign * other * after[18], one * q[1] + sign * other * after[19]
             y, z = one * q[2] + sign * other * after[20], one * q[3] + sign * other * after[21]
-        found[number, 12], found[number, 13], found[number, 14], found[number, 15] = w, x, y, z
+        found[number, Q], found[number, Q + 1], found[number, Q + 2], found[number, Q + 3] = w, x, y, z
         size = np.sqrt(w * w + x * x + y * y + z * z)
         w, x, y, z = w / size, x / size, y / size, z / size
         found[number, 3], found[number, 4], found[number, 5] = (
