@@ -1,17 +1,15 @@
 """Loops over the residuals of many programs, (V, T, K, 3): what they weigh, and what a translation leaves of them."""
 
-from pathlib import Path
-
 import numpy as np
 from numpy.typing import NDArray
 
 from tumble.scenarios.frames import Array
-from tumble.solver.compilation import kernel_with
+from tumble.solver.compilation import kernel
 
 Integers = NDArray[np.int64]
 
 
-@kernel_with(Path(__file__).parent)
+@kernel
 def pose_residuals(
     x: Array, axes: Array, own_x: Array, own_axes: Array, reach: float, has_centre: bool, trust: Array, found: Array
 ) -> None:
@@ -30,7 +28,7 @@ def pose_residuals(
                     found[program, row, 1 + point, axis] = reach * turned * trust[row, axis]
 
 
-@kernel_with(Path(__file__).parent)
+@kernel
 def squares_of(errors: Array, edges: Integers, points: Integers, most: float, found: Array) -> None:
     """Write the mean squares of shells of rows and blocks of points, (V, S, B); that of a row is at most a number.
 
@@ -50,7 +48,7 @@ def squares_of(errors: Array, edges: Integers, points: Integers, most: float, fo
                 found[program, shell, block] = total / (edges[shell + 1] - edges[shell])
 
 
-@kernel_with(Path(__file__).parent)
+@kernel
 def precisions_of(squares: Array, edges: Integers, points: Integers, found: Array) -> None:
     """Write how precise rows are, (V, T, K), from the mean squares of their shells, (V, S, B), in floors."""
     for program in range(len(squares)):
@@ -61,7 +59,7 @@ def precisions_of(squares: Array, edges: Integers, points: Integers, found: Arra
                 found[program, edges[shell] : edges[shell + 1], first:last] = precision
 
 
-@kernel_with(Path(__file__).parent)
+@kernel
 def translation_equations(
     centres: Array, squares: Array, edges: Integers, powers: Array, trust: Array, normal: Array, right: Array
 ) -> None:
@@ -91,7 +89,7 @@ def translation_equations(
                 normal[program, q, p] = normal[program, p, q]
 
 
-@kernel_with(Path(__file__).parent)
+@kernel
 def without_translation(centres: Array, powers: Array, solved: Array, trust: Array, found: Array) -> None:
     """Write what translations, (V, P, 3), leave of the centre's residuals, (V, T, 3), as `translation_equations`."""
     for program in range(len(centres)):
