@@ -10,6 +10,7 @@ from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.measure.significance import ALIKE, ResidualScale
 from tumble.compare.grade.search.evaluator import Evaluator
+from tumble.compare.grade.search.kernels import first_alike
 from tumble.compare.grade.search.parts import Parts
 from tumble.compare.grade.search.proposals import Proposals, Run, SchemeKind
 from tumble.compare.grade.search.shells import finite
@@ -24,6 +25,8 @@ SHORT = 0.3
 # Residuals in floors of rows that are right; effects that cannot be seen, and that can; and one as good as infinite.
 RIGHT, UNSEEN, SEEN = 3.0, 1e-3, 10.0
 HUGE = 1e12
+# Schemes whose effects differ by a smaller share of what is left are one, until less is left.
+SAME_EFFECT = 0.01
 
 
 class Effects(NamedTuple):
@@ -149,9 +152,10 @@ class Changes(Parts):
             return []
         programs = [self._upon(kind, first) for kind in kinds]
         found = self._simulations.errors(programs)
-        wanted = list(zip(kinds, programs, strict=True))
-        for others in dict.fromkeys(kind.others for kind in kinds):
-            same = [number for number, kind in enumerate(kinds) if kind.others == others]
+        distinct = self._distinct(programs, found, self._simulations.errors([mistakes]))
+        wanted = [(kinds[number], programs[number]) for number in distinct]
+        for others in dict.fromkeys(kinds[number].others for number in distinct):
+            same = [number for number in distinct if kinds[number].others == others]
             for number, share in zip(same, self._shares(found[same], self._proposals.ordered(others)), strict=True):
                 if share <= 0:
                     continue
@@ -170,6 +174,20 @@ class Changes(Parts):
             short = self._proposals.short_steps(self._until)
             wanted += [(kind, self._upon(kind, s)) for kind in classical for s in short]
         return wanted
+
+    def _distinct(self, programs: Sequence[Mistakes], found: Array, errors: Array) -> list[int]:
+        """Return the numbers of programs without those that leave nearly the same as a more likely one.
+
+        found: residuals, (V, T, K, 3); errors: those of the program that they are a change of, (1, T, K, 3): beside
+        what these are, a small difference says nothing yet.
+        """
+        order = np.argsort([self._cost(program) for program in programs], kind="stable")
+        with np.errstate(all="ignore"):
+            rows = finite(np.sqrt(self._simulations.shells.precisions(errors))[..., None] * found)
+            rows = np.clip(rows[order].reshape(len(order), -1), -HUGE, HUGE)
+        alike = np.empty(len(order), dtype=int)
+        first_alike(rows, SAME_EFFECT**2 * self._simulations.shells.numbers, alike)
+        return sorted(order[np.unique(alike)].tolist())
 
     def _upon(self, kind: SchemeKind, step: float) -> Mistakes:
         others = (_at_a_tick(mistake, step) for mistake in kind.others)

@@ -49,6 +49,28 @@ def squares_of(errors: Array, edges: Integers, points: Integers, most: float, fo
 
 
 @kernel
+def first_alike(rows: Array, most: float, found: Integers) -> None:
+    """Write for each of some rows, (V, N), the number of the first one that it is like: (V,).
+
+    The sum of the squares of their differences is at most a number.
+    """
+    for number in range(len(rows)):
+        found[number] = number
+        for other in range(number):
+            if found[other] != other:
+                continue
+            total = 0.0
+            for place in range(rows.shape[1]):
+                off = rows[number, place] - rows[other, place]
+                total += off * off
+                if total > most:
+                    break
+            if total <= most:
+                found[number] = other
+                break
+
+
+@kernel
 def precisions_of(squares: Array, edges: Integers, points: Integers, found: Array) -> None:
     """Write how precise rows are, (V, T, K), from the mean squares of their shells, (V, S, B), in floors."""
     for program in range(len(squares)):

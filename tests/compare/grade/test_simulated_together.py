@@ -12,7 +12,7 @@ from tumble.compare.grade.hypotheses.mistakes.axes import signed_permutations
 from tumble.compare.grade.hypotheses.mistakes.output import _in_axes
 from tumble.compare.grade.model.kernel.dynamics import EXPLICIT, QUATERNION, Scheme
 from tumble.compare.grade.model.program_model import FINE, Pose, correct_program, outputs
-from tumble.compare.grade.search.kernels import pose_residuals, precisions_of, squares_of
+from tumble.compare.grade.search.kernels import first_alike, pose_residuals, precisions_of, squares_of
 from tumble.scenarios.read import read_scene
 
 # An impulse; drag and gravity; a tether and gravity; a floor.
@@ -90,3 +90,10 @@ def test_a_pose_in_other_axes_is_turned_by_the_matrix_of_their_names(vertices):
         np.testing.assert_allclose(written.x, pose.x @ names.T, rtol=1e-14)
         turned = names @ pose.axes
         np.testing.assert_allclose(written.axes, turned if vertices else turned @ names.T, rtol=1e-14)
+
+
+def test_rows_that_are_alike_are_those_of_the_first_one():
+    rows = np.array(((0.0, 0.0), (3.0, 0.0), (0.5, 0.5), (3.0, 1.0), (3.0, 2.0), (np.inf, 0.0)))
+    found = np.empty(len(rows), dtype=int)
+    first_alike(rows, 1.0, found)
+    assert found.tolist() == [0, 1, 0, 1, 4, 5], "what is like another that is none itself is no first one"

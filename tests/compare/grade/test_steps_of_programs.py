@@ -215,3 +215,17 @@ def test_a_limit_is_tried_in_classical_steps_of_every_length(tmp_path):
     lengths = {m.value for kind, one in tried for m in one if m.hypothesis is search.proposals.classical}
     assert lengths >= set(evaluator.context.parts)
     assert any(length == pytest.approx(0.004) for length in lengths)
+
+
+def test_schemes_that_differ_little_beside_what_is_left_are_one(tmp_path):
+    rows = list(fly(scene_path("brick-tumble"), Program(**LOOP, dt=0.01, every=1)))
+    file = write(tmp_path / "loop.csv", rows, None, form="{:.6f}".format)
+    evaluator, _ = evaluator_of(file, read_scene("brick-tumble"))
+    search = CausalSearch(evaluator)
+    search._look_at(search._horizons()[0])
+    programs = [search._upon(kind, 0.01) for kind in search.proposals.with_other_schemes(())]
+    found = search._simulations.errors(programs)
+    nothing, much = np.zeros_like(found[:1]), np.full_like(found[:1], 1e9)
+    known, (only,) = search._distinct(programs, found, nothing), search._distinct(programs, found, much)
+    assert evaluator.cost(programs[only]) == min(map(evaluator.cost, programs)), "the most likely one is tried"
+    assert len(programs) / 2 < len(known) < len(programs), "some have the same effect, others differ"
