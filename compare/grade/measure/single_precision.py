@@ -13,7 +13,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     SCALED,
     Scheme,
 )
-from tumble.compare.grade.model.program_model import SEARCHING, ProgramModel
+from tumble.compare.grade.model.program_model import SEARCHING, ProgramModel, outputs
 from tumble.scenarios.frames import Array
 
 # What a program of single precision may be off by, over the sum of the effects below.  Of 432 programs of 12 schemes
@@ -44,7 +44,7 @@ def single_floor(program: ProgramModel, times: Array, points: Array) -> Array:
         # So does damping, whose factor is rounded once and always the same.
         rates = (rate + FACTOR / program.scheme.step if rate else 0.0 for rate in program.damping)
         others.append(plain.but(damping=tuple(rates)))
-    poses = [each.output(times, SEARCHING) for each in (plain, *others)]
+    poses = outputs([plain, *others], times, SEARCHING)
     exact, *moved = (pose.x[:, None] + np.einsum("tij,kj->tki", pose.axes, points) for pose in poses)
     reach = float(np.linalg.norm(points, axis=1).max())
     with np.errstate(all="ignore"):
