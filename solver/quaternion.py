@@ -6,6 +6,7 @@ Source: Hamilton (1844); Sola, "Quaternion kinematics for the error-state Kalman
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -248,19 +249,28 @@ def to_matrix(q: NDArray[np.float64]) -> NDArray[np.float64]:
     -------
     matrices : (..., 3, 3)
     """
-    w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
+    # One throw is Python's own numbers: numpy would take ten times as long for each operation.
+    parts = q.ravel().tolist() if q.size == 4 else np.moveaxis(q, -1, 0)
+    matrices = np.empty((*q.shape[:-1], 9))
+    for place, entry in enumerate(_entries(*parts)):
+        matrices[..., place] = entry
+    return matrices.reshape(*q.shape[:-1], 3, 3)
+
+
+def _entries(w: Any, x: Any, y: Any, z: Any) -> tuple[Any, ...]:
+    """Return the nine entries of a rotation matrix, row by row, of a unit quaternion of numbers or arrays."""
     ww, xx, yy, zz = w * w, x * x, y * y, z * z
-    matrices = np.empty((*q.shape[:-1], 3, 3))
-    matrices[..., 0, 0] = ww + xx - yy - zz
-    matrices[..., 0, 1] = 2 * (x * y - w * z)
-    matrices[..., 0, 2] = 2 * (x * z + w * y)
-    matrices[..., 1, 0] = 2 * (x * y + w * z)
-    matrices[..., 1, 1] = ww - xx + yy - zz
-    matrices[..., 1, 2] = 2 * (y * z - w * x)
-    matrices[..., 2, 0] = 2 * (x * z - w * y)
-    matrices[..., 2, 1] = 2 * (y * z + w * x)
-    matrices[..., 2, 2] = ww - xx - yy + zz
-    return matrices
+    return (
+        ww + xx - yy - zz,
+        2 * (x * y - w * z),
+        2 * (x * z + w * y),
+        2 * (x * y + w * z),
+        ww - xx + yy - zz,
+        2 * (y * z - w * x),
+        2 * (x * z - w * y),
+        2 * (y * z + w * x),
+        ww - xx - yy + zz,
+    )
 
 
 def from_matrix(matrices: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -73,9 +73,13 @@ class Rotation:
 
     def read(self, part: slice) -> tuple[Array, Array]:
         """Return quaternions, (N, 4), and w_world [rad/s], (N, 3); of a matrix the nearest rotation's quaternion."""
-        rows, matrices = self.rows[part], self.matrices(part)
-        quaternions = from_matrix(matrices) if self._method.attitude == "matrix" else _normalised(rows[:, :4])
-        momentum = rows[:, 9:12] if self._method.attitude == "matrix" else rows[:, 4:7]
+        rows = self.rows[part]
+        if self._method.attitude == "matrix":
+            matrices, momentum = self.matrices(part), rows[:, 9:12]
+            quaternions = from_matrix(matrices)
+        else:
+            quaternions, momentum = _normalised(rows[:, :4]), rows[:, 4:7]
+            matrices = to_matrix(quaternions)
         momentum_body = momentum if self._method.momentum_axes == "body" else turned(_transposed(matrices), momentum)
         return quaternions, turned(matrices, momentum_body / self._moments)
 
@@ -92,4 +96,4 @@ def _transposed(matrices: Array) -> Array:
 
 
 def _normalised(quaternions: Array) -> Array:
-    return quaternions / np.sqrt(np.sum(quaternions * quaternions, axis=-1, keepdims=True))
+    return quaternions / np.sqrt(np.add.reduce(quaternions * quaternions, axis=-1, keepdims=True))

@@ -33,6 +33,8 @@ if before is not None:
 EXIT_DONE, EXIT_BUG, EXIT_INTERRUPTED = 0, 3, 130
 # Options that say where tasks run, or that tables have a copy: `tumble.shares` deals with them.
 SHARED = ("shard", "cache", "parquet", "workers", "scheduler", "tls_ca", "tls_cert", "tls_key")
+# What the engines installed with Tumble share and is slow to import.
+OF_ALL_ENGINES = ("numba",)
 INTERRUPTED = "interrupted; nothing was written"
 # Signals received that end this process.
 interrupts: list[int] = []
@@ -84,7 +86,8 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
     elif options.command is None:
         top.print_help()
     elif hasattr(options, "memory_limit"):  # it starts engines, which import what they need beside its own imports
-        with importlib.import_module("tumble.compare.run.process.fork_server").fork_server():
+        imports = () if getattr(options, "engine", None) else OF_ALL_ENGINES
+        with importlib.import_module("tumble.compare.run.process.fork_server").fork_server(imports):
             return run(options)
     else:
         return run(options)

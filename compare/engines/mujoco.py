@@ -186,7 +186,8 @@ class World:
     scale: how many times the scene's masses, and so all forces, are what MuJoCo got.  told: what gives the wrench of
     the forces that are no part of the model, None where there are none; held: whether it is for a whole step, or else
     for every stage of it.  bounces: the scene where its plane has a
-    restitution, which spring and damper are to give.
+    restitution, which spring and damper are to give.  qpos, (N, 7): x, q; qvel, (N, 6): v in world axes, w in body
+    axes; pushed, (N, 6): force and torque from outside: views, because to ask MuJoCo for one takes as long as a step.
     """
 
     model: mujoco.MjModel
@@ -197,6 +198,10 @@ class World:
     bounces: "Scene | None" = None
     steps: int = 0
     elapsed: float = 0.0
+
+    def __post_init__(self) -> None:
+        self.qpos, self.qvel = self.data.qpos.reshape(-1, 7), self.data.qvel.reshape(-1, 6)
+        self.pushed = self.data.xfrc_applied[1:]  # row 0 is the world itself
 
 
 def build(scene: "Scene", method: str, keep: Collection[str] = ()) -> World | Apart:
@@ -398,10 +403,9 @@ def soft_law(world: World | Apart) -> SoftLaw | None:
 def write(world: World, states: NDArray[np.float64]) -> None:
     """Put the throws into these states, (N, 13), with no trace of any earlier flight."""
     mujoco.mj_resetData(world.model, world.data)
-    qpos, qvel = coordinates(world)
-    qpos[:] = states[:, 0:7]
-    qvel[:, 0:3] = states[:, 7:10]
-    for velocity, state in zip(qvel, states * TURNED_BACK, strict=True):
+    world.qpos[:] = states[:, 0:7]
+    world.qvel[:, 0:3] = states[:, 7:10]
+    for velocity, state in zip(world.qvel, states * TURNED_BACK, strict=True):
         mujoco.mju_rotVecQuat(velocity[3:6], state[10:13], state[3:7])
     world.steps, world.elapsed = 0, 0.0
 
@@ -425,7 +429,16 @@ def advance(world: World, n: int, dt: float) -> None:
 
 def tell(world: World, told: "Wrench") -> None:
     """Set the external force on every body, at its centre of mass and in world axes, by the state as it is."""
-    world.data.xfrc_applied[1:] = world.scale * told(read(world))  # row 0 is the world itself
+    np.multiply(told(states_of(world)), world.scale, out=world.pushed)
+
+
+def states_of(world: World) -> NDArray[np.float64]:
+    """Return the states of the throws of one world, (N, 13)."""
+    states = np.empty((len(world.qpos), 13))
+    states[:, 0:7], states[:, 7:10] = world.qpos, world.qvel[:, 0:3]
+    for state, velocity in zip(states, world.qvel, strict=True):
+        mujoco.mju_rotVecQuat(state[10:13], velocity[3:6], state[3:7])
+    return states
 
 
 @contextmanager
@@ -441,12 +454,7 @@ def telling(world: World, told: "Wrench") -> Iterator[None]:
 @from_each
 def read(world: World) -> NDArray[np.float64]:
     """Return the states of the throws, (N, 13)."""
-    qpos, qvel = coordinates(world)
-    states = np.empty((len(qpos), 13))
-    states[:, 0:7], states[:, 7:10] = qpos, qvel[:, 0:3]
-    for state, velocity in zip(states, qvel, strict=True):
-        mujoco.mju_rotVecQuat(state[10:13], velocity[3:6], state[3:7])
-    return states
+    return states_of(world)
 
 
 @from_each
@@ -482,8 +490,3 @@ def audit(world: World) -> list[tuple[str, str]]:
         how = f"time is {world.data.time:.17g} s after {world.elapsed:.17g} s of steps: the state was reset"
         found.append(("reset", how))
     return found
-
-
-def coordinates(world: World) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return views of positions, (N, 7): x, q, and velocities, (N, 6): v in world axes, w in body axes."""
-    return world.data.qpos.reshape(-1, 7), world.data.qvel.reshape(-1, 6)

@@ -104,6 +104,13 @@ def test_rotation_is_the_matrix(algebra, p, q, a):
     _near((0.0, *algebra.rotate(q, a)), conjugation)
 
 
+def test_the_matrix_of_one_throw_is_that_among_many_to_the_last_bit():
+    many = np.random.default_rng(0).normal(0.0, 1.0, (100, 4))
+    each = [quaternion.to_matrix(q[np.newaxis]) for q in many]
+    assert np.array_equal(np.concatenate(each), quaternion.to_matrix(many))
+    assert quaternion.to_matrix(many[0]).shape == (3, 3)
+
+
 def test_a_positive_turn_is_counter_clockwise(algebra):
     quarter_about_z = algebra.exponential((0.0, 0.0, math.pi / 4))
     _near(algebra.rotate(quarter_about_z, (1.0, 0.0, 0.0)), (0.0, 1.0, 0.0))

@@ -77,6 +77,11 @@ class ForkServer:
             self._is_lost = not answer
             return json.loads(answer) if answer else None
 
+    def begin_imports(self, names: Sequence[str]) -> None:
+        """Import modules that later forks will need, while this process does something else."""
+        with self._one_at_a_time, suppress(OSError):  # the next question finds that it is lost
+            self._line.send(json.dumps({"imports": names}).encode())
+
     def fork(self, wanted: Fork, far_line: socket.socket) -> tuple[Forked, int] | None:
         """Return a fork with the ends of its line and of a lifeline, and our end of that; None where there is none."""
         far_lifeline, lifeline = os.pipe()
@@ -108,8 +113,8 @@ running: list[ForkServer] = []
 
 
 @contextmanager
-def fork_server() -> Iterator[None]:
-    """Have a fork server for a while, where the system has it."""
+def fork_server(imports: Sequence[str] = ()) -> Iterator[None]:
+    """Have a fork server for a while, where the system has it; imports: what its forks will need."""
     server = None
     if sys.platform == "linux" and hasattr(os, "fork"):
         with suppress(OSError):
@@ -118,6 +123,7 @@ def fork_server() -> Iterator[None]:
         yield
         return
     running.append(server)
+    server.begin_imports(imports)
     try:
         yield
     finally:
@@ -149,6 +155,8 @@ def serve_forks(line: str, lifeline: str) -> list[str]:
         for name in request["imports"]:
             with suppress(ImportError):  # who needs it says so
                 importlib.import_module(name)
+        if "words" not in request:
+            continue
         try:
             pid = os.fork()
         except OSError:

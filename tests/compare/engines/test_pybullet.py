@@ -13,7 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from triaxial import GRAVITY, MASS, MOMENTS, THROWS, scene
 
+from tumble.compare.run.flight import simulate
 from tumble.scenarios.frames import Array, rotation_matrix
+from tumble.scenarios.read import read_scene
 
 engine = pytest.importorskip("tumble.compare.engines.pybullet")
 pybullet = engine.pybullet
@@ -262,13 +264,14 @@ def test_gravity_acts_at_every_substep(method):
     np.testing.assert_allclose(states[:, 0:3], expected, rtol=0, atol=n * EPS * 100)
 
 
-def test_worlds_are_closed_when_dropped():
+def test_worlds_are_emptied_when_dropped():
     world = engine.build(scene(), "multibody")
     client = world.client
-    assert pybullet.isConnected(client)
+    assert pybullet.getNumBodies(physicsClientId=client) == len(world.bodies)
     del world
     gc.collect()
-    assert not pybullet.isConnected(client)
+    assert pybullet.getNumBodies(physicsClientId=client) == 0
+    assert client in engine.IDLE
 
 
 def test_importing_it_prints_nothing():
@@ -298,3 +301,28 @@ def test_agreement_with_mujoco_is_no_evidence(method, twin, drift):
 def spin_energy(states: Array) -> Array:
     w_body = np.einsum("nij,ni->nj", rotation_matrix(states[:, 3:7]), states[:, 10:13])
     return w_body**2 @ MOMENTS / 2
+
+
+@pytest.mark.parametrize("name", ["dzhanibekov", "box-slide-22"])
+@pytest.mark.parametrize("method", engine.METHODS)
+def test_a_server_that_was_reset_is_as_a_new_one(method, name):
+    asked = read_scene(name)
+
+    def states() -> Array:
+        return simulate(engine, asked, method, asked.step).states
+
+    gc.collect()
+    idle = [*engine.IDLE]
+    engine.IDLE.clear()
+    try:
+        new = states()
+        gc.collect()
+        assert len(engine.IDLE) == 1
+        # What another scene has left there: a plane, gravity, and settings of contact that PyBullet ships.
+        other = engine.build(read_scene("ball-drop-half"), f"{method}+defaults" if method == "multibody" else method)
+        assert engine.IDLE == []
+        del other
+        gc.collect()
+        assert np.array_equal(states(), new)
+    finally:
+        engine.IDLE.extend(idle)

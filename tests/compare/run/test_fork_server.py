@@ -125,3 +125,15 @@ def test_neither_outlives_its_command():
         assert all(map(psutil.pid_exists, pids))
         command.kill()
     until(lambda: not any(psutil.pid_exists(pid) and psutil.Process(pid).status() != "zombie" for pid in pids))
+
+
+def test_what_all_forks_need_is_imported_once_and_before_they_are_asked_for():
+    loaded = "(__import__('os').getppid(), 'colorsys' in __import__('sys').modules)"
+    with fork_server(["colorsys", "no_such_module"]):
+        callers = Callers(1, ())
+        try:
+            parent, is_there = callers.share_out([Call(eval, (loaded,))], [True])[0].result()
+        finally:
+            callers.end()
+        assert parent == module.running[0]._process.pid
+    assert is_there
