@@ -40,6 +40,8 @@ MOST_STEPS, MOST_KNOWN_STEPS = 5_000, 10_000
 TRIED, RANGE = 7, 200
 # Weight that a velocity in body axes costs that is never corrected: with other mistakes it explains any few rows.
 UNLIKELY = 15.0
+# And one that w is taken from attitudes, as position-based programs do: in noise it looks like other mistakes of w.
+POSITION_BASED = 4.0
 RARELY = (2, 3, 4, 5, 8, 10, 16, 20, 25, 30, 32, 50, 60, 64, 100, 120, 128, 240, 500, 1000)
 METHODS = {
     "runge-kutta-4": ("Runge-Kutta of order 4", ORDER_4, 0.0), "midpoint": ("midpoint method", ORDER_2, 1.0),
@@ -104,6 +106,7 @@ def _details(context: Context) -> Iterator[Hypothesis]:
         "stored spin",
         "angular velocity taken from the attitudes before and after a step, 2 Im(q' q*)/dt",
         lambda program, _: program.but(scheme=program.scheme._replace(recovers=True)),
+        unlikely=POSITION_BASED,
         needs_steps=True,
     )
 
