@@ -49,7 +49,7 @@ FINE = 0.02
 NO_STRENGTH = 1e-200
 # Lists of events, and clocks with rows; the same ones are simulated again and again with other mistakes.
 EVENTS_CACHED, CLOCKS_CACHED = 1024, 1024
-NO_EVENTS = np.empty((0, EVENT))
+NOTHING, NO_EVENTS = np.empty(0), np.empty((0, EVENT))
 ZERO: Vector = (0.0, 0.0, 0.0)
 # Tolerance for the number of ticks at a time to be a whole number.
 WHOLE = 1e-6
@@ -227,13 +227,6 @@ class ProgramModel:
         delayed_gravity = (self.gravity_from, *(self.mass * self.gravity).tolist()) if self.gravity_from else None
         return _events(self.impulses, self.application, delayed_gravity, self.event_tick)
 
-    def tethers(self) -> Array | None:
-        """Return tethers that obey the scene's law, then all, (2 k, 9)."""
-        every = self.forces.tethers
-        if every is None:
-            return None
-        return np.concatenate((every if self.tether_law == THE_SCENES_TETHERS else np.zeros_like(every), every))
-
 
 def output_points(body: Body) -> Array:
     """Return the vertices in the axes that the output of a program has [m], (n, 3): the body's axes in the file."""
@@ -265,16 +258,16 @@ def _poses(programs: Sequence[ProgramModel], times: Array, fineness: float) -> A
     key = times.tobytes()
     every = [program.instants(times, key) for program in programs]
     simulations = simulated(programs, [instants.reached for instants in every], fineness)
-    if all(instants.first is None for instants in every):
+    if not any(instants.are_ticks for instants in every):
         return simulations.reshape(len(programs), len(times), WIDTH)
     rows, end = np.empty((len(programs), len(times), WIDTH)), 0
     for row, program, instants in zip(rows, programs, every, strict=True):
         begin, end = end, end + len(instants.reached)
         own, clock = simulations[begin:end], program.clock
-        if instants.first is None:
-            row[:] = own
-        else:
+        if instants.are_ticks:
             between_ticks(own, instants.first, instants.fraction, clock.tick, clock.interpolation, row)
+        else:
+            row[:] = own
     return rows
 
 
@@ -285,8 +278,13 @@ class Instants(NamedTuple):
     """
 
     reached: Array
-    first: Array | None = None
-    fraction: Array | None = None
+    first: Array = NOTHING
+    fraction: Array = NOTHING
+
+    @property
+    def are_ticks(self) -> bool:
+        """Whether they are the ticks around rows."""
+        return len(self.first) > 0
 
 
 @lru_cache(maxsize=CLOCKS_CACHED)
@@ -306,24 +304,33 @@ def simulated(programs: Sequence[ProgramModel], times: Sequence[Array], fineness
 
     times: of each program [s], that do not decrease, (T,).
     """
-    first, ends = programs[0], np.cumsum([len(each) for each in times])
-    events = [program.events() for program in programs]
+    ends, events = np.cumsum([len(each) for each in times]), [program.events() for program in programs]
     found = np.empty((int(ends[-1]), WIDTH))
-    tethers = None if first.forces.tethers is None else np.concatenate([program.tethers() for program in programs])
     integrate(
         np.array([program.start for program in programs]),
         np.concatenate(times),
         ends,
         found,
         np.array([program.numbers for program in programs]),
-        first.forces,
-        tethers,
+        programs[0].forces,
+        _tethers(programs),
         np.concatenate(events),
         np.cumsum([len(each) for each in events]),
         np.array([program.scheme for program in programs], dtype=float),
         fineness,
     )
     return found
+
+
+def _tethers(programs: Sequence[ProgramModel]) -> Array | None:
+    """Return the tethers of each program that obey the scene's law, then all, (2 N k, 9); None if there are none."""
+    found: list[Array] = []
+    for program in programs:
+        every = program.forces.tethers
+        if every is None:
+            return None
+        found += [every if program.tether_law == THE_SCENES_TETHERS else np.zeros_like(every), every]
+    return np.concatenate(found)
 
 
 @lru_cache
