@@ -132,7 +132,7 @@ def test_what_explains_most_of_the_translation_alone_is_tried_again_with_it():
 def test_a_plain_value_is_told_of_a_program_of_single_precision(tmp_path):
     """It rounds 1 - c dt always in the same way, so that another rate fits the file best."""
     file = written(tmp_path, "brick-tumble", **GAME, linear=0.3, angular=0.1, number=np.float32)
-    values = named(file, "brick-tumble")
+    values = named(file, "brick-tumble", 0.3)
     assert (values["linear-damping"], values["angular-damping"]) == (0.3, 0.1)
 
 
