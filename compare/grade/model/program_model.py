@@ -202,14 +202,12 @@ class ProgramModel:
         """Return the output of the program at increasing times [s], (T,); axes and q: from the body's file axes."""
         return outputs([self], times, fineness)[0]
 
-    def instants(self, times: Array, key: bytes) -> "Instants":
-        """Return the instants that are simulated for rows at times of the program's clock [s]; key: their bytes."""
+    def instants(self, times: bytes) -> "Instants":
+        """Return the instants that are simulated for rows at times of the program's clock [s], as bytes."""
         clock = self.clock
-        if clock is RIGHT_CLOCK:
-            return Instants(times)
         if clock.stop < math.inf and self.event_tick:
             clock = clock._replace(stop=float(next_tick(clock.stop, self.event_tick)))
-        return _instants(clock, self.rounding, key)
+        return _instants(clock, self.rounding, times)
 
     def simulate(self, times: Array, fineness: float = SEARCHING) -> Array:
         """Return rows of `kernel.stepping` at times [s] that do not decrease, (T, 22), each after its impulses."""
@@ -255,8 +253,8 @@ def outputs(programs: Sequence[ProgramModel], times: Array, fineness: float = SE
 
 def _poses(programs: Sequence[ProgramModel], times: Array, fineness: float) -> Array:
     """Return rows of `kernel.stepping` of programs at times of their clocks [s], (N, T, 22): x, the matrix and q."""
-    key = times.tobytes()
-    every = [program.instants(times, key) for program in programs]
+    as_bytes = times.tobytes()
+    every = [program.instants(as_bytes) for program in programs]
     simulations = simulated(programs, [instants.reached for instants in every], fineness)
     if not any(instants.are_ticks for instants in every):
         return simulations.reshape(len(programs), len(times), WIDTH)

@@ -183,8 +183,8 @@ class Changes(Parts):
         """
         order = np.argsort([self._cost(program) for program in programs], kind="stable")
         with np.errstate(all="ignore"):
-            rows = finite(np.sqrt(self._simulations.shells.precisions(errors))[..., None] * found)
-            rows = np.clip(rows[order].reshape(len(order), -1), -HUGE, HUGE)
+            rows = finite(self._simulations.shells.weighted(found[order], errors)).reshape(len(order), -1)
+            rows = np.clip(rows, -HUGE, HUGE)
         alike = np.empty(len(order), dtype=int)
         first_alike(rows, SAME_EFFECT**2 * self._simulations.shells.numbers, alike)
         return sorted(order[np.unique(alike)].tolist())
@@ -223,13 +223,12 @@ class Changes(Parts):
         """
         shells = self._simulations.shells
         errors, slopes = self._simulations.errors([mistakes]), self._all_slopes(mistakes)
-        root = np.sqrt(shells.precisions(errors))[..., None]
         with np.errstate(all="ignore"):
             every = finite(np.concatenate((errors, found - errors, slopes)))
             every = np.clip(every, -HUGE, HUGE)
             if self._fit.is_free:
                 every = shells.without_translation(every, errors[0])
-            every = (root * every).reshape(len(every), -1)
+            every = shells.weighted(every, errors).reshape(len(every), -1)
         own = every[len(every) - len(slopes) :]
         if len(own):
             basis = np.linalg.qr(own.T)[0]

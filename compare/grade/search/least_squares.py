@@ -117,7 +117,7 @@ class Fit:
         shells, parts = self._simulations.shells, [(1.0, every)]
         if self.is_free:
             parts = [(1.0, shells.without_translation(every, every[-1])), (SHARE, every)]
-        found = [np.sqrt(share * shells.precisions(part[-1:]))[..., None] * part for share, part in parts]
+        found = [np.sqrt(share) * shells.weighted(part, part[-1:]) for share, part in parts]
         return np.concatenate(found, axis=1).reshape(len(every), -1)
 
 

@@ -145,6 +145,10 @@ class Shells:
         precisions_of(self.squares(errors), self._edges, self._points_from, found)
         return found
 
+    def weighted(self, residuals: Array, like: Array) -> Array:
+        """Return residuals, (V, T, K, 3), over the noise that those of a program, (1, T, K, 3), have in each row."""
+        return np.sqrt(self.precisions(like))[..., None] * residuals
+
     def is_whole(self, errors: Array) -> bool:
         """Return whether residuals, (T, K, 3), are within the floor: all of them, and nearly those of each shell."""
         squares = self.squares(errors[None])[0]

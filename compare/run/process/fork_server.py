@@ -123,7 +123,8 @@ def fork_server(imports: Sequence[str] = ()) -> Iterator[None]:
         yield
         return
     running.append(server)
-    server.begin_imports(imports)
+    if imports:
+        server.begin_imports(imports)
     try:
         yield
     finally:

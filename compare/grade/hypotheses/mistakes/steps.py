@@ -40,7 +40,7 @@ MOST_STEPS, MOST_KNOWN_STEPS = 5_000, 10_000
 TRIED, RANGE = 7, 200
 # Weight that a velocity in body axes costs that is never corrected: with other mistakes it explains any few rows.
 UNLIKELY = 15.0
-# And one that w is taken from attitudes, as position-based programs do: in noise it looks like other mistakes of w.
+# Weight that it costs to take w from attitudes, as position-based programs do: noise hides how other mistakes differ.
 POSITION_BASED = 4.0
 RARELY = (2, 3, 4, 5, 8, 10, 16, 20, 25, 30, 32, 50, 60, 64, 100, 120, 128, 240, 500, 1000)
 METHODS = {

@@ -74,7 +74,7 @@ def _vector(row: Array, at: int) -> Vector:
     return row[at], row[at + 1], row[at + 2]
 
 
-# Where an argument is None, numba drops the rest; where it is none, it does not know that the first line never returns.
+# If an argument is None, numba compiles only the first return; if not, both, which must then be of one type.
 @borrowing
 def _drag(drag: tuple[float | None, float | None] | None, row: Array) -> tuple[float | None, float | None] | None:
     """Return the scene's drag as in a row; None where there is none."""

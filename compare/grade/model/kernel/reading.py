@@ -43,7 +43,7 @@ def between_ticks(rows: Array, first: Array, fraction: Array, tick: float, kind:
     for number in range(len(first)):
         row, part = int(first[number]), fraction[number]
         before = rows[row]
-        q = (before[18], before[19], before[20], before[21])
+        q = (before[Q], before[Q + 1], before[Q + 2], before[Q + 3])
         if kind == EXTRAPOLATED:
             for axis in range(3):
                 found[number, axis] = before[axis] + part * tick * before[12 + axis]
@@ -53,14 +53,14 @@ def between_ticks(rows: Array, first: Array, fraction: Array, tick: float, kind:
             after = rows[row + 1]
             for axis in range(3):
                 found[number, axis] = (1.0 - part) * before[axis] + part * after[axis]
-            cosine = q[0] * after[18] + q[1] * after[19] + q[2] * after[20] + q[3] * after[21]
+            cosine = q[0] * after[Q] + q[1] * after[Q + 1] + q[2] * after[Q + 2] + q[3] * after[Q + 3]
             sign = -1.0 if cosine < 0.0 else 1.0
             one, other = 1.0 - part, part
             if kind == SLERP and sign * cosine < STRAIGHT:
                 angle = math.acos(min(1.0, sign * cosine))
                 one, other = math.sin(one * angle) / math.sin(angle), math.sin(other * angle) / math.sin(angle)
-            w, x = one * q[0] + sign * other * after[18], one * q[1] + sign * other * after[19]
-            y, z = one * q[2] + sign * other * after[20], one * q[3] + sign * other * after[21]
+            w, x = one * q[0] + sign * other * after[Q], one * q[1] + sign * other * after[Q + 1]
+            y, z = one * q[2] + sign * other * after[Q + 2], one * q[3] + sign * other * after[Q + 3]
         found[number, Q], found[number, Q + 1], found[number, Q + 2], found[number, Q + 3] = w, x, y, z
         size = np.sqrt(w * w + x * x + y * y + z * z)
         w, x, y, z = w / size, x / size, y / size, z / size
