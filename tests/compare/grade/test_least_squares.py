@@ -24,8 +24,8 @@ class Squares:
     def weights(self, errors):
         return np.square(errors).sum(axis=(1, 2, 3))
 
-    def precisions(self, errors):
-        return np.ones(errors.shape[:3])
+    def weighted(self, residuals, like):
+        return residuals
 
 
 class Valley:
