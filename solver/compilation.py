@@ -130,7 +130,17 @@ def inlined(function: F) -> F:
 
 
 def kernel(function: F) -> F:
-    """Compile a loop over the rows of an array, and keep it on disk."""
+    """Compile a loop over the rows of an array, and keep it on disk.
+
+    Parameters
+    ----------
+    function
+        of numbers and arrays
+
+    Returns
+    -------
+    the same function, compiled
+    """
     return kernel_with()(function)
 
 

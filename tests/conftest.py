@@ -14,6 +14,7 @@ from patience import PATIENCE_S, without_progress
 from tiers import (  # noqa: F401, the hooks of the two tiers
     pytest_addoption,
     pytest_collection_modifyitems,
+    pytest_configure,
     pytest_runtest_protocol,
     pytest_terminal_summary,
 )

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from patience import PATIENCE_S
 
@@ -31,6 +32,18 @@ mass = 2.4
 angular_velocity = [0.2, -3.0, 1.4]
 """
 
+# The velocities after half a second in the wind and in none, of two programs that are simulated together.
+TOGETHER = """
+import numpy as np
+from tumble.compare.grade.model.program_model import FINE, correct_program, simulated
+from tumble.compare.grade.search.simulations import V
+from tumble.scenarios.read import read_scene
+
+windy = correct_program(read_scene("windy.toml"), 0)
+calm = windy.but(forces=windy.forces._replace(wind=(0.0, 0.0, 0.0)))
+print(*simulated([windy, calm], [np.array([0.5])] * 2, FINE)[:, V].ravel())
+"""
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
@@ -42,10 +55,15 @@ def folder(tmp_path_factory) -> Path:
 
 
 def tumble(folder, *words, code=0):
-    """Run a command where there is a wind, and return what it prints; its kernels are its own."""
+    """Run a command where there is a wind, and return what it prints."""
+    return python(folder, "-m", "tumble", *words, code=code)
+
+
+def python(folder, *words, code=0):
+    """Run Python where there is a wind, and return what it prints; its kernels are its own."""
     environment = {**os.environ, "PYTHONPATH": f"{WIND}{os.pathsep}{HOME}", "NUMBA_CACHE_DIR": str(folder / "kernels")}
     said = subprocess.run(
-        [sys.executable, "-m", "tumble", *words],
+        [sys.executable, *words],
         cwd=folder,
         env=environment,
         capture_output=True,
@@ -78,6 +96,13 @@ def test_grade_names_it_where_it_was_left_out(folder):
     tumble(folder, "run", "calm.toml", "-o", "calm.csv")
     said = json.loads(tumble(folder, "grade", "calm.csv", "--scene", "windy.toml", "--json"))
     assert "wind-missing" in {each["mistake"] for each in said["diagnosis"]}, said
+
+
+def test_grade_simulates_programs_with_and_without_it_together(folder):
+    v_windy, v_calm = np.array(python(folder, "-c", TOGETHER).split(), float).reshape(2, 3)
+    # F t / m is exact in every method. So is gravity.
+    assert v_windy == pytest.approx([3.0 * 0.5 / 2.4, (0.5 / 2.4 - 9.81) * 0.5, -1.0 * 0.5 / 2.4], abs=1e-12)
+    assert v_calm == pytest.approx([0.0, -9.81 * 0.5, 0.0], abs=1e-12)
 
 
 def test_a_calm_scene_needs_none_of_it(folder):

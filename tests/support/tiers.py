@@ -4,6 +4,8 @@ tests/slow.txt lists slow tests, a function a line.  Of each, `--quick` runs the
 it, and of the other cases one in 120, others with each commit; none where `rest` does.  `--rest` runs half of the first
 cases that `--quick` did not, and a tenth of the others, again others with each commit.  A test that is slow and not
 listed fails, if it is slow a second time too: what is compiled or imported once counts for no test.
+
+These are the shares of a machine of pace 1.  One that takes three times as long runs a third of them.
 """
 
 import hashlib
@@ -21,7 +23,9 @@ LIST = ROOT / "tests" / "slow.txt"
 # Processor time that a test may take which is not listed [s], where `a_fixed_amount_of_work` takes WORK_S.
 MOST_S = 3.0
 WORK_S = 0.0175
-QUICK, REST, PARTS, HALF, TENTH = "quick", "rest", 120, 2, 10
+QUICK, REST, PARTS, HALF, TENTH = "quick", "rest", 120, 1 / 2, 1 / 10
+# Every process of a run draws the same tests: the first one measures the pace for all.
+PACE = "TUMBLE_TESTS_PACE"
 taken = pytest.StashKey[float]()
 
 
@@ -43,13 +47,19 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--times", type=Path, help="append each test's processor time [s] to this file")
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Measure the pace of the machine before any test runs."""
+    if config.getoption("--rest") and PACE not in os.environ:
+        os.environ[PACE] = str(pace())
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave out what is listed, but for first cases and the part of this commit."""
     slow = slow_tests()
     if not (config.getoption("--quick") or config.getoption("--rest")):
         return
     head = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=False).stdout
-    seen: set[str] = set()
+    seen, slowness = set[str](), float(os.environ.get(PACE, "1"))
 
     def tier(item: pytest.Item) -> str | None:
         """Return the tier in which a test runs with this commit, None: in neither."""
@@ -61,7 +71,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         digest = hashlib.sha256(f"{head}{item.nodeid}".encode()).digest()
         if slow[name] != "rest" and ((is_first and slow[name] == "first") or int.from_bytes(digest[:4]) % PARTS == 0):
             return QUICK
-        return REST if digest[4] % (HALF if is_first else TENTH) == 0 else None
+        drawn = int.from_bytes(digest[4:8]) / 2**32
+        return REST if drawn < (HALF if is_first else TENTH) / slowness else None
 
     wanted = QUICK if config.getoption("--quick") else REST
     left_out = {item for item in items if tier(item) != wanted}
@@ -135,7 +146,15 @@ def processor_time() -> float:
 
 def pytest_terminal_summary(terminalreporter, config: pytest.Config) -> None:
     """Say what was left out, and how to run it."""
-    if config.getoption("--quick") and "PYTEST_XDIST_WORKER" not in os.environ:
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        return
+    if config.getoption("--rest"):
+        slowness = float(os.environ[PACE])
+        terminalreporter.write_line(
+            f"pace {slowness:.1f}: the first cases of {HALF / slowness:.0%} of the slow tests, and "
+            f"{TENTH / slowness:.0%} of their other cases"
+        )
+    if config.getoption("--quick"):
         count = len(slow_tests())
         terminalreporter.write_line(
             f"left out: {PARTS - 1} of {PARTS} cases of {count} slow tests (tests/slow.txt); `make test-all` runs them"

@@ -31,7 +31,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     Scheme,
     TetherLaw,
 )
-from tumble.compare.grade.model.kernel.parameters import NUMBERS
+from tumble.compare.grade.model.kernel.parameters import IN_ROW, NUMBERS
 from tumble.compare.grade.model.kernel.reading import between_ticks, instants_of
 from tumble.compare.grade.model.kernel.stepping import SEARCHING, WIDTH, integrate
 from tumble.compare.grade.model.numbers import changed_numbers
@@ -300,8 +300,12 @@ def _instants(clock: Clock, rounding: float, times: bytes) -> Instants:
 def simulated(programs: Sequence[ProgramModel], times: Sequence[Array], fineness: float) -> Array:
     """Return rows of `kernel.stepping` of programs with one body, one program's after the other's.
 
-    times: of each program [s], that do not decrease, (T,).
+    times: of each program [s], that do not decrease, (T,). Programs with a force that is in no row of numbers are
+    simulated one by one.
     """
+    if len(programs) > 1 and any(force is not None for force in programs[0].forces[IN_ROW:]):
+        pairs = zip(programs, times, strict=True)
+        return np.concatenate([simulated([program], [own], fineness) for program, own in pairs])
     ends, events = np.cumsum([len(each) for each in times]), [program.events() for program in programs]
     found = np.empty((int(ends[-1]), WIDTH))
     integrate(

@@ -67,6 +67,8 @@ COUNTS = Layout()
 # Where each part begins.
 AT = Layout(*accumulate((0, *COUNTS[:-1])))
 NUMBERS = sum(COUNTS)
+# Fields of `Forces` that a row gives. A force after them has the numbers of the forces that are passed beside the rows.
+IN_ROW = 6
 
 
 @borrowing
@@ -114,8 +116,8 @@ def _of_program(tethers: Array | None, number: int, count: int) -> Array | None:
 def dynamics_of(numbers: Array, program: int, scene: Forces, tethers: Array | None) -> Dynamics:
     """Return what moves the body in one of several programs, from their rows of numbers, (N, NUMBERS).
 
-    scene: forces of which only is read which there are, and the points; tethers: of each program those that obey the
-    scene's law, then all, (2 N k, 9).
+    scene: forces of which only is read which there are, the points, and the forces that are in no row; tethers: of each
+    program those that obey the scene's law, then all, (2 N k, 9).
     """
     row, parts = numbers[program], 2 * len(numbers)
     law = TetherLaw(
@@ -152,6 +154,7 @@ def dynamics_of(numbers: Array, program: int, scene: Forces, tethers: Array | No
         _drag(scene.drag, row),
         _floor(scene.floor, row),
         scene.points,
+        *scene[IN_ROW:],
     )
     return Dynamics(
         _vector(row, AT.moments),
