@@ -24,6 +24,7 @@ def photograph(source: Path, picture: Path) -> None:
         )
         page.goto(f"{source.absolute().as_uri()}#t=die-ray~0.8&scene=die-ray")
         page.locator("#hero canvas").wait_for()
+        picture.parent.mkdir(parents=True, exist_ok=True)
         picture.write_bytes(reduced(page.screenshot()))
         browser.close()
 
