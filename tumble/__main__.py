@@ -24,6 +24,7 @@ import threading
 from collections.abc import Mapping
 from contextlib import suppress
 
+from tumble.garbage import importing
 from tumble.parser import EXIT_USER, Parser, complete, parser
 from tumble.reports.output import drop_output
 
@@ -96,7 +97,8 @@ def answer(top: Parser, options: argparse.Namespace) -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; return the exit code."""
-    command = importlib.import_module(f"tumble.commands.{options.command}")
+    with importing():
+        command = importlib.import_module(f"tumble.commands.{options.command}")
     importlib.import_module("tumble.notes").show_log()
     if any(getattr(options, name, None) for name in SHARED):
         return importlib.import_module("tumble.shares").main(command.main, options)

@@ -7,9 +7,6 @@ Source: numba 0.61 to 0.68, numba/core/codegen.py, and its documented `pipeline_
 own way, which takes longer and gives the same code.
 """
 
-import gc
-from collections.abc import Iterator
-from contextlib import contextmanager
 from inspect import signature
 from types import SimpleNamespace
 from typing import Any
@@ -20,21 +17,11 @@ from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.compiler import Compiler
 from numba.core.compiler_machinery import PassManager
 
+from tumble.garbage import without_garbage_collection
+
 IS_KNOWN = (0, 61) <= tuple(map(int, numba.__version__.split(".")[:2])) <= (0, 68)
 # Before numba 0.62 LLVM's passes belonged to one module.
 PASSES_OF_A_MODULE = IS_KNOWN and "llvm_module" in signature(JITCPUCodegen._function_pass_manager).parameters
-
-
-@contextmanager
-def without_garbage_collection() -> Iterator[None]:
-    """Collect no garbage meanwhile: to look through what a compiler holds is a tenth of its time, and finds little."""
-    before = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if before:
-            gc.enable()
 
 
 class KernelLibrary(JITCodeLibrary):

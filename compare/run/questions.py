@@ -24,6 +24,7 @@ from tumble.compare.run.process.message import PREFIX, Malformed, frame, lengths
 from tumble.compare.run.sensing import SensorReadings, sensed
 from tumble.compare.run.status import Failure, Status
 from tumble.compare.run.timing.timer import NoTime, Pace, Ready, Sample, Timer
+from tumble.garbage import importing
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
 
@@ -197,7 +198,8 @@ def failure_of(error: Exception) -> Failure | Ended:
 def introduce(line: socket.socket, engine: str) -> Loaded | None:
     """Send what the engine says of itself, or why it cannot be used, and return it loaded."""
     try:
-        module = load(engine)
+        with importing():
+            module = load(engine)
         send(line, engine_info(engine, module))
     except BadEngine as error:
         if isinstance(error.__cause__, MemoryError):

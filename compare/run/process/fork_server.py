@@ -18,6 +18,7 @@ from pathlib import Path
 
 from tumble.compare.run.process import usage
 from tumble.compare.run.process.start import KEPT_MEMORY, end_with_parent, environment, kill_group, open_line, start
+from tumble.garbage import importing
 
 SERVE = str(Path(__file__).parents[1].absolute() / "serve.py")
 NEEDED = "tumble.compare.run.questions"
@@ -144,7 +145,8 @@ def serve_forks(line: str, lifeline: str) -> list[str]:
     """In the process itself: fork as it is asked; return, in each fork, the words that it would be started with."""
     end_with_parent(lifeline)
     connection = open_line(line)
-    importlib.import_module(NEEDED)
+    with importing():
+        importlib.import_module(NEEDED)
     while True:
         message, descriptors, _, _ = socket.recv_fds(connection, MOST_BYTES, 4)
         if not message:
@@ -154,7 +156,7 @@ def serve_forks(line: str, lifeline: str) -> list[str]:
             connection.send(json.dumps(usage.reap(request["reap"])).encode())
             continue
         for name in request["imports"]:
-            with suppress(ImportError):  # who needs it says so
+            with importing(), suppress(ImportError):  # who needs it says so
                 importlib.import_module(name)
         if "words" not in request:
             continue
