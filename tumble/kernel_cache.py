@@ -1,6 +1,6 @@
 """Saves compiled kernels on disk if possible; a damaged one is compiled again.
 
-Below `solver` and `scenarios`, which do not know each other; it imports nothing of Tumble.
+Below `solver` and `scenarios`, which do not know each other.
 """
 
 import contextlib
@@ -8,6 +8,7 @@ import hashlib
 import importlib
 import logging
 import os
+import pickle
 import tempfile
 import time
 from collections.abc import Iterator
@@ -17,11 +18,15 @@ from typing import Any
 
 import numba
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.environment import Environment, _rebuild_env, lookup_environment
 from numba.core.event import Event, Listener, register
+from numba.core.runtime import nrtdynmod
 from numba.core.runtime.nrt import rtsys
 
-# Releases of numba whose cache loads a kernel as this file does.
-IS_KNOWN = (0, 61) <= tuple(map(int, numba.__version__.split(".")[:2])) <= (0, 68)
+from tumble.kernel_parts import IS_KNOWN, KernelLibrary
+
+# Of what is saved; to be counted up when that changes.
+FORMAT = 1
 # Longest time to compile a kernel, and how often a process checks whether another has compiled it [s].
 LONGEST_WAIT_S, LOOK_AGAIN_S = 60.0, 0.02
 
@@ -74,6 +79,27 @@ def no_blas() -> None:
     raise ImportError
 
 
+class KernelReader(pickle.Unpickler):
+    """Reads what was saved, without importing the modules of numba's own functions: only its compiler needs these."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        """Return what a name in a file means."""
+        if (module, name) == (_rebuild_env.__module__, _rebuild_env.__name__):
+            return environment
+        return super().find_class(module, name)
+
+
+def environment(module: str, constants: list, name: str) -> Environment:
+    """Return what holds the constants of a compiled function."""
+    if not module.startswith("numba."):
+        return _rebuild_env(module, constants, name)
+    found = lookup_environment(name)
+    if found is None:
+        found = Environment._memo[name] = Environment({"__name__": module})
+        found.consts[:], found.env_name = constants, name
+    return found
+
+
 class KernelFiles(IndexDataCacheFile):
     """Saves each kernel of a function in a file that is named after what the kernel is compiled for.
 
@@ -92,8 +118,14 @@ class KernelFiles(IndexDataCacheFile):
         """Save what was compiled for a key."""
         self._save_data(self._name(key), data)
 
+    def _load_data(self, name: str) -> Any:
+        if not IS_KNOWN:
+            return super()._load_data(name)
+        with open(self._data_path(name), "rb") as file:
+            return KernelReader(file).load()
+
     def _name(self, key: Any) -> str:
-        compiled_for = hashlib.sha256(str((self._version, self._source_stamp, key)).encode())
+        compiled_for = hashlib.sha256(str((FORMAT, self._version, self._source_stamp, key)).encode())
         return f"{Path(self._index_name).stem}.{compiled_for.hexdigest()[:16]}.nbc"
 
 
@@ -154,14 +186,37 @@ class KernelCache(FunctionCache):
             if not IS_KNOWN:
                 return super().load_overload(sig, target_context)
             # As numba does, but for all that only its compiler needs to know, which takes 0.1 s to load.
-            rtsys.initialize(target_context)
-            with self._guard_against_spurious_io_errors():
+            with self._guard_against_spurious_io_errors(), kernel_libraries(target_context.codegen()):
+                self._start_runtime(target_context)
                 return self._load_overload(sig, target_context)
         except Exception as error:  # whatever unpickling makes of bytes that are not what was written
             warn_once(
                 f"a compiled kernel in {self.cache_path} cannot be read ({type(error).__name__}): compiling it again"
             )
             return None
+
+    def _start_runtime(self, target_context: Any) -> None:
+        """Start what allocates memory for kernels; its code is saved too, as it takes 0.04 s to compile."""
+        compiled_anew = nrtdynmod.compile_nrt_functions
+        nrtdynmod.compile_nrt_functions = self._runtime
+        try:
+            rtsys.initialize(target_context)
+        finally:
+            nrtdynmod.compile_nrt_functions = compiled_anew
+
+    def _runtime(self, target_context: Any) -> Any:
+        codegen = target_context.codegen()
+        key = "runtime", codegen.magic_tuple()
+        with contextlib.suppress(Exception):  # a damaged file
+            if (saved := self._cache_file.load(key)) is not None:
+                return codegen.unserialize_library(saved)
+        module, library = nrtdynmod.create_nrt_module(target_context)
+        library.enable_object_caching()
+        library.add_ir_module(module)
+        library.finalize()
+        with contextlib.suppress(OSError):  # it says so when it saves a kernel
+            self._cache_file.save(key, library.serialize_using_object_code())
+        return library
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Save a compiled kernel, if there is room."""
@@ -172,6 +227,16 @@ class KernelCache(FunctionCache):
             self.disable()
         finally:
             self._end_turn(sig)
+
+
+@contextlib.contextmanager
+def kernel_libraries(codegen: Any) -> Iterator[None]:
+    """Let numba make libraries of ours meanwhile."""
+    codegen._library_class = KernelLibrary
+    try:
+        yield
+    finally:
+        del codegen._library_class
 
 
 def keep(dispatcher: Any, source: Path, others: tuple[Path, ...] = ()) -> Any:

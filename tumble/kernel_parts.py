@@ -12,6 +12,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numba
+from llvmlite.binding import parse_bitcode
 from numba.core import typed_passes, untyped_passes
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.compiler import Compiler
@@ -25,7 +26,38 @@ PASSES_OF_A_MODULE = IS_KNOWN and "llvm_module" in signature(JITCPUCodegen._func
 
 
 class KernelLibrary(JITCodeLibrary):
-    """The code of a function, whose mere declarations of others are not optimised."""
+    """The code of a function, whose mere declarations of others are not optimised.
+
+    One that was saved is loaded without its text, which only a function that is compiled with calls of it needs.
+    """
+
+    _saved_text = b""
+
+    def serialize_using_object_code(self) -> tuple[str, str, tuple]:
+        """Return its name, what kind of code this is, and its code, text and symbols."""
+        name, kind, (code, text) = super().serialize_using_object_code()
+        module = self._get_module_for_linking()
+        symbols = (each for every in (module.functions, module.global_variables) for each in every)
+        return name, kind, (code, text, {each.name for each in symbols if not each.is_declaration})
+
+    @classmethod
+    def _unserialize(cls, codegen: Any, state: tuple[str, str, tuple]) -> JITCodeLibrary:
+        name, _, (code, text, *more) = state
+        if not more:  # of a function that numba compiled in its own way
+            return super()._unserialize(codegen, state)
+        (symbols,) = more
+        library = cls(codegen, name)
+        library.enable_object_caching()
+        library._set_compiled_object(code)
+        library._saved_text = text
+        library._finalize_final_module()
+        codegen._engine._defined_symbols |= symbols
+        return library
+
+    def _get_module_for_linking(self) -> Any:
+        if self._shared_module is None and self._saved_text:
+            self._shared_module = parse_bitcode(self._saved_text)
+        return super()._get_module_for_linking()
 
     def _optimize_functions(self, ll_module: Any) -> None:
         if PASSES_OF_A_MODULE:

@@ -150,7 +150,8 @@ from numba.core.caching import IndexDataCacheFile
 from tumble import kernel_cache
 dumped, pauses = IndexDataCacheFile._dump, [float(each) for each in sys.argv[3:]]
 def dump(self, data):
-    time.sleep(pauses.pop(0) if pauses else 0)
+    is_runtime = data[0] == "nrt"
+    time.sleep(pauses.pop(0) if pauses and not is_runtime else 0)
     return dumped(self, data)
 IndexDataCacheFile._dump = dump
 sys.path.insert(0, sys.argv[1])
@@ -173,4 +174,46 @@ def test_two_processes_save_kernels_for_different_arguments_at_once(tmp_path):
     assert [process.communicate(timeout=PATIENCE_S)[0] for process in both] == ["1.0\n", "2.0\n"]
     then = subprocess.run([*command, "12"], env=env, capture_output=True, text=True, timeout=PATIENCE_S)
     assert (then.stdout, then.stderr) == ("1.0 2.0\n", "")
-    assert len(list((tmp_path / "kept").rglob("*.nbc"))) == 2
+    assert len(list((tmp_path / "kept").rglob("*.nbc"))) == 3, "and the code that allocates memory"
+
+
+CALLS = """
+import sys
+from pathlib import Path
+from numba import njit
+from tumble import kernel_cache
+from tumble.kernel_parts import KernelCompiler, KernelLibrary
+sys.path.insert(0, sys.argv[1])
+import half
+kernel = kernel_cache.keep(njit(pipeline_class=KernelCompiler)(half.half), Path(sys.argv[1]))
+kernel(1.0)
+library = next(iter(kernel.overloads.values())).library
+print(bool(library._saved_text), library._shared_module is not None)
+@njit
+def calls(x):
+    return kernel(x) + 1.0
+print(calls(3.0), library._shared_module is not None)
+"""
+
+
+def test_a_saved_kernel_is_read_without_its_text_until_another_function_calls_it(tmp_path):
+    (tmp_path / "half.py").write_text("def half(x):\n    return x / 2.0\n")
+    env = os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+    command = [sys.executable, "-c", CALLS, str(tmp_path)]
+    first, then = (subprocess.run(command, env=env, capture_output=True, text=True, check=True) for _ in range(2))
+    assert first.stdout == "False True\n2.5 True\n"
+    assert then.stdout == "True False\n2.5 True\n"
+
+
+def test_a_saved_kernel_needs_no_modules_of_numbas_own_functions(tmp_path):
+    """It allocates an array, as `numba.np.arrayobj` does it."""
+    (tmp_path / "zeros.py").write_text(
+        "import numpy as np\nfrom numba import njit\n@njit\ndef zeros(n):\n    return np.empty(n).size\n"
+    )
+    env = os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+    lines = "import sys; from pathlib import Path; from tumble import kernel_cache; sys.path.insert(0, sys.argv[1])"
+    lines += "; import zeros; kernel = kernel_cache.keep(zeros.zeros, Path(sys.argv[1])); print(kernel(7))"
+    lines += "; print('numba.np.arrayobj' in sys.modules)"
+    command = [sys.executable, "-c", lines, str(tmp_path)]
+    first, then = (subprocess.run(command, env=env, capture_output=True, text=True, check=True) for _ in range(2))
+    assert (first.stdout, then.stdout) == ("7\nTrue\n", "7\nFalse\n")
