@@ -61,8 +61,8 @@ def digits(cells: Iterable[str]) -> Digits:
     figures, longest, single, ends = 1, 0, True, False
     places: set[float] = set()
     cells = [cell.strip() for cell in cells]
-    constant = len(set(cells)) == 1
-    for cell in cells:
+    distinct = dict.fromkeys(cells)
+    for cell in distinct:
         match = NUMBER.fullmatch(cell)
         if match is None:
             continue
@@ -79,7 +79,7 @@ def digits(cells: Iterable[str]) -> Digits:
         longest = max(longest, len((whole + part).strip("0")))
         value = float(match[0])
         single = single and abs(value - _single(value)) <= 0.501 * last
-    if constant:
+    if len(distinct) == 1:
         return Digits(single=single, longest=longest)  # a constant shows no rounding
     # Printed with fixed decimals, as by %.4f, the number of significant digits follows the size.
     fixed = len(places) == 1 and (ends or len(cells) >= FIXED)

@@ -1,5 +1,6 @@
 """Signed permutations of axes, and their names."""
 
+from functools import cache
 from itertools import permutations, product
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from tumble.scenarios.frames import Array
 
 
+@cache
 def signed_permutations(determinant: int) -> list[Array]:
     """Return the signed permutation matrices with a determinant of 1 or -1, without the identity."""
     matrices = [
