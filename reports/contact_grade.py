@@ -4,7 +4,9 @@ from collections.abc import Iterator
 
 from rich.table import Table
 
-from tumble.compare.grade.contact_grade import (
+from tumble.compare.grade.contact_grade import ContactGrade
+from tumble.compare.grade.search.contact_search import ContactExplanation
+from tumble.compare.grade.verdicts import (
     CORRECT_TO_DIGITS,
     CORRECT_TO_RESOLUTION,
     CORRECT_TO_STEP,
@@ -12,9 +14,7 @@ from tumble.compare.grade.contact_grade import (
     NOTHING_SEEN,
     TOO_COARSE,
     UNEXPLAINED,
-    ContactGrade,
 )
-from tumble.compare.grade.search.contact_search import ContactExplanation
 from tumble.reports.terminal import columns, figure, length
 
 # Observables in the table, at most, and equally good explanations.

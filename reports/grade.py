@@ -7,7 +7,11 @@ from rich.console import RenderableType
 from rich.constrain import Constrain
 from rich.text import Text
 
-from tumble.compare.grade.grade import (
+from tumble.compare.grade.grade import Grade
+from tumble.compare.grade.hypotheses.explanation import Explanation
+from tumble.compare.grade.measure.errors import Measured
+from tumble.compare.grade.search.diagnosis import Diagnosis
+from tumble.compare.grade.verdicts import (
     CORRECT_TO_DIGITS,
     CORRECT_TO_NOISE,
     CORRECT_TO_RESOLUTION,
@@ -18,12 +22,7 @@ from tumble.compare.grade.grade import (
     TOO_FEW,
     TOO_LITTLE,
     UNEXPLAINED,
-    Grade,
 )
-from tumble.compare.grade.hypotheses.explanation import Explanation
-from tumble.compare.grade.measure.errors import Measured
-from tumble.compare.grade.search.diagnosis import Diagnosis
-from tumble.reports.contact_grade import contact_headline, contact_lines, contact_table
 from tumble.reports.terminal import LENGTHS, LIST_WIDTH, columns, figure, length, plain, ruler, thinned, vector
 
 BARS = "▁▂▃▄▅▆▇█"
@@ -55,6 +54,8 @@ def grade_text(grade: Grade) -> Iterator[RenderableType]:
     yield plain(f"{rows}{throws}, read as {read_as(m)}; {resolution(m)}")
     yield Text()
     if grade.contact is not None and grade.contact.observables:
+        from tumble.reports.contact_grade import contact_table
+
         yield contact_table(grade.contact)
         yield Text()
     yield plain(f"vertex {m.worst_vertex}" + (f" of throw {m.throw}" if m.throws > 1 else ""))
@@ -80,6 +81,8 @@ def headline(grade: Grade) -> str:
     one line of text
     """
     if grade.contact is not None:
+        from tumble.reports.contact_grade import contact_headline  # with all that contact needs, 40 ms
+
         found = grade.diagnosis if grade.verdict == EXPLAINED_PARTLY else None
         return contact_headline(grade.file, grade.contact, mistakes_text(found.best) if found else "")
     m, diagnosis = grade.measured, grade.diagnosis
@@ -241,6 +244,8 @@ def verdict_lines(grade: Grade) -> Iterator[str]:
     lines of text
     """
     if grade.contact is not None:
+        from tumble.reports.contact_grade import contact_lines
+
         yield from contact_lines(grade.contact)
         return
     m, diagnosis = grade.measured, grade.diagnosis

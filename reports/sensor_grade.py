@@ -8,20 +8,22 @@ from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
-from tumble.compare.grade.grade import (
+from tumble.compare.grade.measure.readings import MeasuredReadings
+from tumble.compare.grade.search.sensor_search import SensorExplanation, SensorMistake
+from tumble.compare.grade.sensor_grade import DeviceGrade, FileGrade, SensorGrade
+from tumble.compare.grade.verdicts import (
     CORRECT_TO_DIGITS,
     CORRECT_TO_NOISE,
     CORRECT_TO_RESOLUTION,
     CORRECT_TO_SINGLE,
     EXPLAINED_PARTLY,
     EXPLAINED_WHOLLY,
+    FOLLOWS_MOTION,
+    NO_MISTAKE_SEEN,
     TOO_COARSE,
     TOO_FEW,
     UNEXPLAINED,
 )
-from tumble.compare.grade.measure.readings import MeasuredReadings
-from tumble.compare.grade.search.sensor_search import SensorExplanation, SensorMistake
-from tumble.compare.grade.sensor_grade import FOLLOWS_MOTION, NO_MISTAKE_SEEN, DeviceGrade, FileGrade, SensorGrade
 from tumble.reports.grade import grade_text
 from tumble.reports.terminal import LIST_WIDTH, columns, plain, thinned, vector
 

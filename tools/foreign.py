@@ -22,10 +22,11 @@ from pathlib import Path
 from statistics import median
 from time import perf_counter
 
-from tumble.compare.grade.grade import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, Grade, grade
+from tumble.compare.grade.grade import Grade, grade
 from tumble.compare.grade.hypotheses import names
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
 from tumble.compare.grade.search.diagnosis import Diagnosis
+from tumble.compare.grade.verdicts import EXPLAINED_PARTLY, EXPLAINED_WHOLLY
 from tumble.compare.tables.files import write_whole
 from tumble.compare.tables.frames import csv_text, frame
 from tumble.compare.tables.schema import Table

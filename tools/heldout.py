@@ -28,8 +28,9 @@ from unnamed import MISTAKES  # noqa: E402
 
 from tools.foreign import ForeignRow, Job, jobs_of  # noqa: E402
 from tools.foreign import row as foreign_row  # noqa: E402
-from tumble.compare.grade.grade import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, Grade, grade  # noqa: E402
+from tumble.compare.grade.grade import Grade, grade  # noqa: E402
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES  # noqa: E402
+from tumble.compare.grade.verdicts import EXPLAINED_PARTLY, EXPLAINED_WHOLLY  # noqa: E402
 from tumble.compare.tables.files import write_whole  # noqa: E402
 from tumble.compare.tables.frames import csv_text, frame  # noqa: E402
 from tumble.compare.tables.schema import Table  # noqa: E402

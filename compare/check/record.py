@@ -13,7 +13,8 @@ import pandas as pd
 from tumble.compare.check.schemas import CELLS, DRIFTS, ERRORS, EXACT, QUESTIONS, STATUSES, TIMES, CellRow, QuestionRow
 from tumble.compare.contact.schemas import CONTACT
 from tumble.compare.judge.trend import TRENDS
-from tumble.compare.run.provenance import ConditionRow, timed_under, versions
+from tumble.compare.run.condition import ConditionRow
+from tumble.compare.run.provenance import timed_under, versions
 from tumble.compare.tables.files import place
 from tumble.compare.tables.frames import csv_text, frame, read_file, rows
 from tumble.compare.tables.schema import BadTable, Table

@@ -18,17 +18,18 @@ from tumble.compare.grade.search.contact_search import (
     ContactMistake,
     ContactSearch,
 )
+from tumble.compare.grade.verdicts import (
+    CORRECT_TO_DIGITS,
+    CORRECT_TO_RESOLUTION,
+    CORRECT_TO_STEP,
+    EXPLAINED_PARTLY,
+    EXPLAINED_WHOLLY,
+    NOTHING_SEEN,
+    TOO_COARSE,
+    UNEXPLAINED,
+)
 from tumble.scenarios.scene import Scene
 
-CORRECT_TO_RESOLUTION = "correct"
-CORRECT_TO_DIGITS = "correct to the printed digits"
-TOO_COARSE = "too coarse to grade"
-EXPLAINED_WHOLLY = "explained"
-EXPLAINED_PARTLY = "explained in part"
-UNEXPLAINED = "not explained"
-# Verdicts that only contact has: right but for delays of a step; and nothing that a law can be held to.
-CORRECT_TO_STEP = "correct to its step"
-NOTHING_SEEN = "no contact to grade"
 # Rows before the first contact that show whether the flight is right; what it may be off beside that, of the shift by
 # a step and of the body.
 FEWEST, OF_SHIFT, OF_SIZE = 3, 0.01, 1e-5

@@ -5,19 +5,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from time import process_time
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tumble.compare.grade.contact_grade import (
-    CORRECT_TO_DIGITS,
-    CORRECT_TO_RESOLUTION,
-    EXPLAINED_PARTLY,
-    EXPLAINED_WHOLLY,
-    TOO_COARSE,
-    UNEXPLAINED,
-    ContactGrade,
-    grade_contact,
-)
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
 from tumble.compare.grade.hypotheses.explanation import NEARLY_RIGHT, Explanation
 from tumble.compare.grade.hypotheses.hypothesis import Context
@@ -44,10 +35,25 @@ from tumble.compare.grade.read.conventions import Conventions
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.grade.search.diagnosis import Diagnosis, diagnosed
 from tumble.compare.grade.search.evaluator import Evaluator
+from tumble.compare.grade.verdicts import (
+    CORRECT_TO_DIGITS,
+    CORRECT_TO_NOISE,
+    CORRECT_TO_RESOLUTION,
+    CORRECT_TO_SINGLE,
+    EXPLAINED_PARTLY,
+    EXPLAINED_WHOLLY,
+    TOO_COARSE,
+    TOO_FEW,
+    TOO_LITTLE,
+    UNEXPLAINED,
+)
 from tumble.compare.run.progress import Progress, ProgressCallback, no_progress
 from tumble.kernel_cache import compilation
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
+
+if TYPE_CHECKING:
+    from tumble.compare.grade.contact_grade import ContactGrade
 
 # Errors below this many floors are attributed only to a known engine scheme that explains most of them.
 BARELY = 10.0
@@ -88,11 +94,6 @@ SEARCH_S, SHORTEST_S = 2.0, 1.0
 # The tasks that take long: reading rows, the truth, the search.
 TASKS = 3
 
-CORRECT_TO_SINGLE = "correct to single precision"
-CORRECT_TO_NOISE = "correct to its noise"
-TOO_LITTLE = "too little to explain"
-TOO_FEW = "too few rows to explain"
-
 
 @dataclass(frozen=True, eq=False)
 class Grade:
@@ -119,13 +120,13 @@ class Grade:
     spin: str
     scale: ResidualScale
     observations: tuple[str, ...] = ()
-    contact: ContactGrade | None = None
+    contact: "ContactGrade | None" = None
     hidden_by_single: bool = False
     decided_s: float = np.inf
 
     @cached_property
     def verdict(self) -> str:
-        """One of the verdicts above."""
+        """One of `verdicts`."""
         if self.contact is not None:
             found = self.diagnosis is not None and self.diagnosis.best.within_floor and self.diagnosis.best.mistakes
             return EXPLAINED_PARTLY if found else self.contact.verdict
@@ -326,6 +327,8 @@ def grade(
     measured, searched = measure(trajectory, scene, on_progress), Progress("search", on_progress)
     sample, throw = measured.sample, measured.throw
     if scene.plane is not None:
+        from tumble.compare.grade.contact_grade import grade_contact  # with all that contact needs, 40 ms
+
         contact = grade_contact(trajectory, scene, measured, Reference(scene).first_contact(throw))
         diagnosis, scale = None, scale_of(sample, scene)
         if contact.is_wrong_before:

@@ -6,24 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tumble.compare.grade.contact_grade import CORRECT_TO_STEP
-from tumble.compare.grade.grade import (
-    COARSE,
-    CORRECT_TO_DIGITS,
-    CORRECT_TO_NOISE,
-    CORRECT_TO_RESOLUTION,
-    CORRECT_TO_SINGLE,
-    EXPLAINED_PARTLY,
-    EXPLAINED_WHOLLY,
-    LEFT_AS_NOISE,
-    LITTLE,
-    MOST_LEFT,
-    TOO_COARSE,
-    TOO_FEW,
-    TOO_LITTLE,
-    UNEXPLAINED,
-    Grade,
-)
+from tumble.compare.grade.grade import COARSE, LEFT_AS_NOISE, LITTLE, MOST_LEFT, Grade
 from tumble.compare.grade.measure.own_motion import own_motion
 from tumble.compare.grade.measure.readings import (
     MeasuredReadings,
@@ -38,14 +21,27 @@ from tumble.compare.grade.model.sensor_model import ACCELEROMETER, right_model
 from tumble.compare.grade.read.columns import BadTrajectory
 from tumble.compare.grade.read.trajectory import Trajectory, without_sensor
 from tumble.compare.grade.search.sensor_search import SensorDiagnosis, SensorExplanation, SensorMistake, SensorSearch
+from tumble.compare.grade.verdicts import (
+    CORRECT_TO_DIGITS,
+    CORRECT_TO_NOISE,
+    CORRECT_TO_RESOLUTION,
+    CORRECT_TO_SINGLE,
+    CORRECT_TO_STEP,
+    EXPLAINED_PARTLY,
+    EXPLAINED_WHOLLY,
+    FOLLOWS_MOTION,
+    NO_MISTAKE_SEEN,
+    TOO_COARSE,
+    TOO_FEW,
+    TOO_LITTLE,
+    UNEXPLAINED,
+)
 from tumble.compare.run.progress import Progress, ProgressCallback, no_progress
 from tumble.scenarios.format import short
 from tumble.scenarios.scene import Scene, Sensor, frozen_array
 from tumble.scenarios.truth import NoTruth
 from tumble.scenarios.truth.sensors import sensor_truth
 
-NO_MISTAKE_SEEN = "no mistake above its noise"
-FOLLOWS_MOTION = "right for the motion in the file"
 # Readings follow the motion in the file if they are off from it by this share of their true error.
 FOLLOWS = 0.1
 # Fewer rows determine no mistake.

@@ -9,8 +9,8 @@ from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Annotated
 
+from tumble.compare.run.condition import ConditionRow
 from tumble.compare.run.digest import code_digest
 from tumble.compare.run.engines import registry
 from tumble.compare.run.timing import machine_load
@@ -18,14 +18,6 @@ from tumble.compare.run.timing import machine_load
 # What the tables of a comparison or a sweep are called; to be counted up when a column changes its name or meaning.
 FORMAT = "tumble tables 3"
 PACKAGES = ("tumble", "numpy", "numba", "mpmath")
-
-
-@dataclass(frozen=True)
-class ConditionRow:
-    """One condition the numbers carry."""
-
-    what: Annotated[str, "what it is: format, command, machine, a package, ..."]
-    value: Annotated[str, "its value or version"]
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 
+from tumble.compare.run.condition import ConditionRow
 from tumble.compare.run.digest import digest
-from tumble.compare.run.provenance import ConditionRow, conditions
+from tumble.compare.run.provenance import conditions
 from tumble.compare.run.running_engines import RunningEngine
 from tumble.compare.tables.engines import engine_row
 from tumble.scenarios.scene import Scene

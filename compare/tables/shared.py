@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from tumble.compare.run.provenance import ConditionRow
+from tumble.compare.run.condition import ConditionRow
 from tumble.compare.run.status import described
 from tumble.compare.tables.schema import EMPTY, Table
 

@@ -17,7 +17,8 @@ from subprocess import DEVNULL
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tumble.compare.run.provenance import ConditionRow, conditions
+from tumble.compare.run.condition import ConditionRow
+from tumble.compare.run.provenance import conditions
 from tumble.compare.tables.files import write_whole
 from tumble.compare.tables.frames import csv_text, frame
 from tumble.compare.tables.schema import Table

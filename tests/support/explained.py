@@ -2,12 +2,13 @@
 
 from pathlib import Path
 
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, SEARCH_S, context_of, grade, scale_of
+from tumble.compare.grade.grade import SEARCH_S, context_of, grade, scale_of
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.model.program_model import output_points
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.grade.search.evaluator import Evaluator
+from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY
 
 
 def explained(file, scene, search_s=SEARCH_S):

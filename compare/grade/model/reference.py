@@ -6,6 +6,7 @@ and its distance from the truth is added to the resolution.
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +16,10 @@ from tumble.scenarios.frames import Array, rotation_matrix, vertices
 from tumble.scenarios.impulse import jump
 from tumble.scenarios.scene import Scene, frozen_array
 from tumble.scenarios.truth import NoTruth, truth
-from tumble.scenarios.truth.contact.record import ContactRecord
 from tumble.solver.body import Body
-from tumble.solver.contact.flight import ContactFlight, Plane
+
+if TYPE_CHECKING:
+    from tumble.scenarios.truth.contact.record import ContactRecord
 
 CERTIFIED = 12
 # Times at which the truth above a plane is looked at, to learn where it ends.
@@ -46,7 +48,7 @@ class Reference:
             return 0.0
         return phases[0].ends_s if phases[0].name == "flight" else 0.0
 
-    def _record(self, throw: int) -> ContactRecord:
+    def _record(self, throw: int) -> "ContactRecord":
         if throw not in self._records:
             start = frozen_array(self._scene.start[throw : throw + 1])
             times = frozen_array(np.linspace(0, self._scene.duration, LOOKED + 1)[1:])
@@ -73,6 +75,8 @@ class Reference:
 
     def _above_plane(self, throw: int, times: Array) -> Array:
         """Return the states of Tumble's `events`, (T, 13), each from the scene's start on."""
+        from tumble.solver.contact.flight import ContactFlight, Plane
+
         scene, found = self._scene, np.empty((len(times), 13))
         plane = scene.plane
         assert plane is not None

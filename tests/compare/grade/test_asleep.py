@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from pose_files import write_poses
 
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, grade
+from tumble.compare.grade.grade import grade
 from tumble.compare.grade.model.reference import Reference
+from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY
 from tumble.scenarios.read import read_scene
 
 LATE = 0.05

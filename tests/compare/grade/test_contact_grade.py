@@ -13,10 +13,10 @@ from in_process import tumble as command
 
 from tools.contact_programs import programs
 from tools.contact_programs.programs import Program, Scene, rows_of, toml, written
-from tumble.compare.grade.contact_grade import CORRECT_TO_DIGITS, CORRECT_TO_STEP, EXPLAINED_WHOLLY
 from tumble.compare.grade.grade import Grade
 from tumble.compare.grade.model.contact_law import Approach, ContactLaw, after_impact
 from tumble.compare.grade.study import grade_file
+from tumble.compare.grade.verdicts import CORRECT_TO_DIGITS, CORRECT_TO_STEP, EXPLAINED_WHOLLY
 from tumble.scenarios.read import read_scene, scene_of
 
 TILT = 0.2

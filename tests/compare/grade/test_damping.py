@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 from programs import Program, fly, read, write
 
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, grade
+from tumble.compare.grade.grade import grade
 from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_FORMS
 from tumble.compare.grade.model.kernel.dynamics import EXPONENTIALLY, IMPLICITLY, LINEARLY
 from tumble.compare.grade.search.closing import left_in_a_step, rate_of_a_step
+from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY
 from tumble.reports.grade import evidence
 from tumble.scenarios.read import read_scene, scene_path
 

@@ -9,7 +9,8 @@ from programs import read, write
 from replicas import Replica, midpoint, none, rescaled
 
 from tumble.__main__ import main
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, grade
+from tumble.compare.grade.grade import grade
+from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY
 from tumble.scenarios.read import read_scene
 
 SCENE = """

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from programs import Program, fly, read, write
 
-from tumble.compare.grade.grade import CORRECT_TO_DIGITS, EXPLAINED_WHOLLY, grade
+from tumble.compare.grade.grade import grade
 from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.even_clock import even_clock, intended_interval
 from tumble.compare.grade.read.trajectory import Trajectory
+from tumble.compare.grade.verdicts import CORRECT_TO_DIGITS, EXPLAINED_WHOLLY
 from tumble.scenarios.read import read_scene, scene_path
 
 SCENE = "two-hits"

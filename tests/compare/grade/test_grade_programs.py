@@ -12,7 +12,8 @@ import pytest
 from programs import Program, fly, read, write
 
 from tumble.__main__ import main
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, TOO_LITTLE, grade
+from tumble.compare.grade.grade import grade
+from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY, TOO_LITTLE
 from tumble.scenarios.read import read_scene
 
 CATALOGUE = Path(__file__).parents[3] / "scenarios" / "catalogue"

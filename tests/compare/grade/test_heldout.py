@@ -9,7 +9,7 @@ import pytest
 import unnamed
 
 from tools import heldout
-from tumble.compare.grade.grade import EXPLAINED_PARTLY, UNEXPLAINED
+from tumble.compare.grade.verdicts import EXPLAINED_PARTLY, UNEXPLAINED
 
 DOCS = Path(__file__).parents[3] / "docs"
 

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from pose_files import POINTS, SKEWED, write_poses
 
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, context_of, grade
+from tumble.compare.grade.grade import context_of, grade
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.model.program_model import FINE, correct_program, output_points
 from tumble.compare.grade.read.trajectory import Trajectory
+from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY
 from tumble.scenarios.read import read_scene
 
 # Eight points that are no corners of a box: all of them are at x > 0.

@@ -5,8 +5,9 @@ import pytest
 from explained import explained
 from pose_files import write_poses
 
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, grade
+from tumble.compare.grade.grade import grade
 from tumble.compare.grade.model.program_model import FINE, correct_program
+from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY
 from tumble.scenarios.frames import quaternion_product
 from tumble.scenarios.read import read_scene
 

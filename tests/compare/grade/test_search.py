@@ -16,16 +16,7 @@ from pose_files import write_poses
 from programs import Program, Simulation, fly, read, write
 
 from tools.heldout import SCENES
-from tumble.compare.grade.grade import (
-    EXPLAINED_PARTLY,
-    EXPLAINED_WHOLLY,
-    TOO_LITTLE,
-    Grade,
-    context_of,
-    grade,
-    scale_of,
-    search_time,
-)
+from tumble.compare.grade.grade import Grade, context_of, grade, scale_of, search_time
 from tumble.compare.grade.hypotheses.explanation import Mistake
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.hypotheses.mistakes.clocks import clocks
@@ -39,6 +30,7 @@ from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.closing import HIDDEN, Closing, is_rounded
 from tumble.compare.grade.search.diagnosis import Diagnosis
 from tumble.compare.grade.search.shells import Shells
+from tumble.compare.grade.verdicts import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, TOO_LITTLE
 from tumble.scenarios.read import read_scene, scene_path
 
 GAME = {"dt": 1 / 240, "every": 4, "method": "symplectic", "until": 1.5}

@@ -22,10 +22,17 @@ from sensor_programs import (
     write,
 )
 
-from tumble.compare.grade.grade import CORRECT_TO_DIGITS, CORRECT_TO_NOISE, CORRECT_TO_RESOLUTION, EXPLAINED_WHOLLY
 from tumble.compare.grade.measure.whiteness import is_white
-from tumble.compare.grade.sensor_grade import FOLLOWS_MOTION, NO_MISTAKE_SEEN, RIGHT, SensorGrade
+from tumble.compare.grade.sensor_grade import RIGHT, SensorGrade
 from tumble.compare.grade.study import grade_file
+from tumble.compare.grade.verdicts import (
+    CORRECT_TO_DIGITS,
+    CORRECT_TO_NOISE,
+    CORRECT_TO_RESOLUTION,
+    EXPLAINED_WHOLLY,
+    FOLLOWS_MOTION,
+    NO_MISTAKE_SEEN,
+)
 from tumble.reports.sensor_grade import sensor_headline
 from tumble.scenarios.read import read_scene, scene_of
 

@@ -7,7 +7,7 @@ import pytest
 from pose_files import write_poses
 from programs import Program, fly, read, write
 
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, TOO_LITTLE, context_of, grade, scale_of
+from tumble.compare.grade.grade import context_of, grade, scale_of
 from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.measure.significance import EXPLAINED
 from tumble.compare.grade.measure.single_precision import single_floor, stepwise
@@ -15,6 +15,7 @@ from tumble.compare.grade.model.program_model import FINE, correct_program, outp
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.grade.search.evaluator import Evaluator
+from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY, TOO_LITTLE
 from tumble.reports.grade import headline
 from tumble.scenarios.read import read_scene
 

@@ -9,13 +9,14 @@ from explained import evaluator_of, explained
 from pose_files import SKEWED, write_poses
 from programs import Program, fly, read, write
 
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, grade
+from tumble.compare.grade.grade import grade
 from tumble.compare.grade.hypotheses.explanation import Mistake
 from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
 from tumble.compare.grade.model.program_model import FINE, correct_program
 from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.closing import Closing
 from tumble.compare.grade.search.proposals import Proposals
+from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY
 from tumble.scenarios.read import read_scene, scene_path
 
 LOOP = {"method": "symplectic", "axes": "world", "turn": "quaternion", "until": 1.5}

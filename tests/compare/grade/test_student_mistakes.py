@@ -8,7 +8,8 @@ from planted import Spoilt, capped, one, pulled
 from programs import Simulation, cross, matrix, multiply, read, write
 
 from tools.heldout import SCENES
-from tumble.compare.grade.grade import EXPLAINED_WHOLLY, grade
+from tumble.compare.grade.grade import grade
+from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY
 from tumble.scenarios.read import read_scene
 
 # Steps too fine to be seen; and those of a short program, four a row.

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from tumble.__main__ import main
-from tumble.compare.grade.grade import COARSE, CORRECT_TO_DIGITS, TOO_COARSE, TOO_LITTLE, grade
+from tumble.compare.grade.grade import COARSE, grade
 from tumble.compare.grade.measure.errors import moved_by
 from tumble.compare.grade.model.reference import Reference
+from tumble.compare.grade.verdicts import CORRECT_TO_DIGITS, TOO_COARSE, TOO_LITTLE
 from tumble.scenarios.frames import vertices
 from tumble.scenarios.read import read_scene
 
