@@ -33,7 +33,7 @@ class KernelLibrary(JITCodeLibrary):
 
     _saved_text = b""
 
-    def serialize_using_object_code(self) -> tuple[str, str, tuple]:
+    def serialize_using_object_code(self) -> Any:
         """Return its name, what kind of code this is, and its code, text and symbols."""
         name, kind, (code, text) = super().serialize_using_object_code()
         module = self._get_module_for_linking()
