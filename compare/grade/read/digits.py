@@ -58,8 +58,9 @@ class Digits(NamedTuple):
 
 def digits(cells: Iterable[str]) -> Digits:
     """Return the print format of cells that hold numbers."""
-    figures, longest, single, ends = 1, 0, True, False
+    figures, longest, ends = 1, 0, False
     places: set[float] = set()
+    values, lasts = list[float](), list[float]()
     cells = [cell.strip() for cell in cells]
     distinct = dict.fromkeys(cells)
     for cell in distinct:
@@ -77,8 +78,9 @@ def digits(cells: Iterable[str]) -> Digits:
         ends = ends or part.endswith("0")
         # A short number such as 169.3750000 is single precision by chance.
         longest = max(longest, len((whole + part).strip("0")))
-        value = float(match[0])
-        single = single and abs(value - _single(value)) <= 0.501 * last
+        values.append(float(match[0]))
+        lasts.append(last)
+    single = _are_single(np.array(values), np.array(lasts))
     if len(distinct) == 1:
         return Digits(single=single, longest=longest)  # a constant shows no rounding
     # Printed with fixed decimals, as by %.4f, the number of significant digits follows the size.
@@ -98,9 +100,10 @@ def with_shared_format(columns: Sequence[Digits]) -> list[Digits]:
     return [column if column.fixed else column._replace(place=place, figures=figures) for column in columns]
 
 
-def _single(value: float) -> float:
-    with np.errstate(over="ignore"):
-        return float(np.float32(value))
+def _are_single(values: Array, lasts: Array) -> bool:
+    """Whether values may be single-precision numbers that were rounded to their last digits, (N,) both."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return bool((np.abs(values - values.astype(np.float32)) <= 0.501 * lasts).all())
 
 
 def shared_place(numbers: Array) -> float:
