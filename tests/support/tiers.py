@@ -1,9 +1,9 @@
 """Two tiers: `make test` runs every quick test and a few of the slow cases, `make test-rest` more of these.
 
 tests/slow.txt lists slow tests, a function a line.  Of each, `--quick` runs the first case where `first` stands behind
-it, and of the other cases one in 120, others with each commit; none where `rest` does.  `--rest` runs half of the first
-cases that `--quick` did not, and a tenth of the others, again others with each commit.  A test that is slow and not
-listed fails, if it is slow a second time too: what is compiled or imported once counts for no test.
+it, and of the other cases one in 120, others with each commit; none where `rest` does.  `--rest` runs two fifths of the
+first cases that `--quick` did not, and a tenth of the others, again others with each commit.  A test that is slow and
+not listed fails, if it is slow a second time too: what is compiled or imported once counts for no test.
 
 These are the shares of a machine of pace 1.  One that takes three times as long runs a third of them.
 """
@@ -23,7 +23,9 @@ LIST = ROOT / "tests" / "slow.txt"
 # Processor time that a test may take which is not listed [s], where `a_fixed_amount_of_work` takes WORK_S.
 MOST_S = 3.0
 WORK_S = 0.0175
-QUICK, REST, PARTS, HALF, TENTH = "quick", "rest", 120, 1 / 2, 1 / 10
+QUICK, REST, PARTS = "quick", "rest", 120
+# Shares of first cases and of others that `--rest` runs.
+FIRST_CASES, OTHERS = 0.4, 0.1
 # Every process of a run draws the same tests: the first one measures the pace for all.
 PACE = "TUMBLE_TESTS_PACE"
 taken = pytest.StashKey[float]()
@@ -72,7 +74,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         if slow[name] != "rest" and ((is_first and slow[name] == "first") or int.from_bytes(digest[:4]) % PARTS == 0):
             return QUICK
         drawn = int.from_bytes(digest[4:8]) / 2**32
-        return REST if drawn < (HALF if is_first else TENTH) / slowness else None
+        return REST if drawn < (FIRST_CASES if is_first else OTHERS) / slowness else None
 
     wanted = QUICK if config.getoption("--quick") else REST
     left_out = {item for item in items if tier(item) != wanted}
@@ -151,8 +153,8 @@ def pytest_terminal_summary(terminalreporter, config: pytest.Config) -> None:
     if config.getoption("--rest"):
         slowness = float(os.environ[PACE])
         terminalreporter.write_line(
-            f"pace {slowness:.1f}: the first cases of {HALF / slowness:.0%} of the slow tests, and "
-            f"{TENTH / slowness:.0%} of their other cases"
+            f"pace {slowness:.1f}: the first cases of {FIRST_CASES / slowness:.0%} of the slow tests, and "
+            f"{OTHERS / slowness:.0%} of their other cases"
         )
     if config.getoption("--quick"):
         count = len(slow_tests())
