@@ -182,7 +182,7 @@ import sys
 from pathlib import Path
 from numba import njit
 from tumble import kernel_cache
-from tumble.kernel_parts import KernelCompiler, KernelLibrary
+from tumble.kernel_parts import KernelCompiler
 sys.path.insert(0, sys.argv[1])
 import half
 kernel = kernel_cache.keep(njit(pipeline_class=KernelCompiler)(half.half), Path(sys.argv[1]))
@@ -198,11 +198,21 @@ print(calls(3.0), library._shared_module is not None)
 
 def test_a_saved_kernel_is_read_without_its_text_until_another_function_calls_it(tmp_path):
     (tmp_path / "half.py").write_text("def half(x):\n    return x / 2.0\n")
-    env = os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "kept")}
-    command = [sys.executable, "-c", CALLS, str(tmp_path)]
-    first, then = (subprocess.run(command, env=env, capture_output=True, text=True, check=True) for _ in range(2))
-    assert first.stdout == "False True\n2.5 True\n"
-    assert then.stdout == "True False\n2.5 True\n"
+    first, then = twice(tmp_path, CALLS)
+    assert first == "False True\n2.5 True\n"
+    assert then == "True False\n2.5 True\n"
+
+
+ALLOCATES = """
+import sys
+from pathlib import Path
+from tumble import kernel_cache
+sys.path.insert(0, sys.argv[1])
+import zeros
+kernel = kernel_cache.keep(zeros.zeros, Path(sys.argv[1]))
+print(kernel(7))
+print("numba.np.arrayobj" in sys.modules)
+"""
 
 
 def test_a_saved_kernel_needs_no_modules_of_numbas_own_functions(tmp_path):
@@ -210,10 +220,11 @@ def test_a_saved_kernel_needs_no_modules_of_numbas_own_functions(tmp_path):
     (tmp_path / "zeros.py").write_text(
         "import numpy as np\nfrom numba import njit\n@njit\ndef zeros(n):\n    return np.empty(n).size\n"
     )
-    env = os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "kept")}
-    lines = "import sys; from pathlib import Path; from tumble import kernel_cache; sys.path.insert(0, sys.argv[1])"
-    lines += "; import zeros; kernel = kernel_cache.keep(zeros.zeros, Path(sys.argv[1])); print(kernel(7))"
-    lines += "; print('numba.np.arrayobj' in sys.modules)"
-    command = [sys.executable, "-c", lines, str(tmp_path)]
-    first, then = (subprocess.run(command, env=env, capture_output=True, text=True, check=True) for _ in range(2))
-    assert (first.stdout, then.stdout) == ("7\nTrue\n", "7\nFalse\n")
+    assert twice(tmp_path, ALLOCATES) == ["7\nTrue\n", "7\nFalse\n"]
+
+
+def twice(folder: Path, program: str) -> list[str]:
+    """Run a program in two processes, one after the other, and return what each prints."""
+    env = os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(folder / "kept")}
+    command = [sys.executable, "-c", program, str(folder)]
+    return [subprocess.run(command, env=env, capture_output=True, text=True, check=True).stdout for _ in range(2)]

@@ -1,6 +1,7 @@
 """What is imported is not looked through by later garbage collections."""
 
 import gc
+import importlib
 
 import pytest
 
@@ -14,13 +15,22 @@ def frozen():
     gc.unfreeze()
 
 
-def test_what_is_imported_is_not_looked_through_again(frozen):
+def test_what_is_imported_is_not_looked_through_again(frozen, tmp_path, monkeypatch):
+    (tmp_path / "of_a_test.py").write_text("made = [[] for _ in range(1000)]\n")
+    monkeypatch.syspath_prepend(tmp_path)
     before = frozen()
     with importing():
         assert not gc.isenabled()
-        made = [[] for _ in range(1000)]
+        made = importlib.import_module("of_a_test").made
     assert gc.isenabled()
     assert frozen() >= before + len(made)
+
+
+def test_garbage_is_not_kept_where_all_is_imported_already(frozen):
+    before = frozen()
+    with importing():
+        importlib.import_module("gc")
+    assert frozen() == before
 
 
 def test_a_failed_import_leaves_the_collection_as_it_was(frozen):

@@ -9,14 +9,14 @@ from tumble.scenarios.frames import Array
 
 
 @cache
-def signed_permutations(determinant: int) -> list[Array]:
+def signed_permutations(determinant: int) -> tuple[Array, ...]:
     """Return the signed permutation matrices with a determinant of 1 or -1, without the identity."""
     matrices = [
         np.diag(signs).astype(float)[list(order)]
         for order in permutations(range(3))
         for signs in product((1, -1), repeat=3)
     ]
-    return [axes for axes in matrices if round(np.linalg.det(axes)) == determinant and (axes != np.eye(3)).any()]
+    return tuple(axes for axes in matrices if round(np.linalg.det(axes)) == determinant and (axes != np.eye(3)).any())
 
 
 def axis_names(axes: Array) -> str:

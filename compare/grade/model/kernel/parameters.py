@@ -68,7 +68,7 @@ COUNTS = Layout()
 AT = Layout(*accumulate((0, *COUNTS[:-1])))
 NUMBERS = sum(COUNTS)
 # Fields of `Forces` that a row gives. A force after them has the numbers of the forces that are passed beside the rows.
-IN_ROW = 6
+IN_ROW = Forces._fields.index("points") + 1
 
 
 @borrowing
