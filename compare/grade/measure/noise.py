@@ -55,11 +55,16 @@ def white_noise_m(
     times = np.concatenate(([0.0], np.cumsum(counts)))
     shares, is_centre = _shares_of_centre(points)
     is_fast = _turn(vertices) > LARGEST_TURN
-    centre, larger = np.einsum("k,skj->sj", shares, vertices), 1.0 / np.linalg.norm(shares) if are_independent else 1.0
+    centre, larger = np.einsum("k,skj->sj", shares, vertices)[:, None], 1.0
+    if are_independent:
+        larger = 1.0 / float(np.linalg.norm(shares))
+    least_m = ROUNDING * float(np.abs(vertices).max())
     for order in OF_CENTRE if is_centre or not is_fast else ():
-        if (noise_m := _noise_of(times, centre[:, None], broken, order)) > ROUNDING * np.abs(vertices).max():
-            return float(larger * noise_m)
-    return 0.0 if is_fast else _noise_of(times, vertices, broken, OF_VERTICES)
+        if (noise_m := _noise_of(times, centre, broken, order)) > least_m:
+            return larger * noise_m
+    # A centre that shows no noise beside its motion, or beside ticks between rows, hides that of vertices.
+    is_hidden = is_centre and _differences(times, centre, broken, OF_VERTICES)[2] > least_m
+    return 0.0 if is_fast or is_hidden else _noise_of(times, vertices, broken, OF_VERTICES)
 
 
 def _shares_of_centre(points: Array) -> tuple[Array, bool]:
@@ -79,10 +84,11 @@ def _turn(vertices: Array) -> float:
     return float(np.median(moves / np.maximum(sizes, TINY)))
 
 
-def _noise_of(times: Array, places: Array, broken: np.ndarray, order: int) -> float:
-    """Return the standard deviation of white noise in places [m], (S, K, 3), or 0; broken: intervals, (S - 1,)."""
-    if len(places) <= order + 1:
-        return 0.0
+def _differences(times: Array, places: Array, broken: np.ndarray, order: int) -> tuple[Array, Array, float, np.ndarray]:
+    """Return the factors of divided differences, the differences of places, (S, K, 3), their median, and which count.
+
+    broken: intervals that no difference spans, (S - 1,).
+    """
     spans = np.convolve(broken, np.ones(order), "valid") == 0
     windows = sliding_window_view(times, order + 1)
     factors = 1.0 / (windows[:, :, None] - windows[:, None] + np.eye(order + 1)).prod(axis=2)
@@ -90,12 +96,21 @@ def _noise_of(times: Array, places: Array, broken: np.ndarray, order: int) -> fl
     differences = np.einsum("wo,wkio->wki", factors, sliding_window_view(places, order + 1, axis=0))
     median = float(np.median(np.abs(differences[spans]))) if spans.any() else 0.0
     kept = spans & (np.abs(differences).max(axis=(1, 2)) <= OUTLIER * OF_MEDIAN * median)
+    return factors, differences, median, kept
+
+
+def _noise_of(times: Array, places: Array, broken: np.ndarray, order: int) -> float:
+    """Return the standard deviation of white noise in places [m], (S, K, 3), or 0; broken: intervals, (S - 1,)."""
+    if len(places) <= order + 1:
+        return 0.0
+    factors, differences, median, kept = _differences(times, places, broken, order)
     pairs = kept[:-1] & kept[1:]
     before, after = differences[:-1][pairs], differences[1:][pairs]
     size = float(np.linalg.norm(before) * np.linalg.norm(after))
     if len(before) < FEWEST or not size > 0.0:
         return 0.0
-    moved = (places[order:] - places[:-order])[kept]
+    middle = order // 2  # where a difference has most of its weight
+    moved = (places[middle + 1 :][: len(kept)] - places[middle - 1 :][: len(kept)])[kept]
     along = np.square((differences[kept] * moved).sum(axis=2)) / np.maximum(np.square(moved).sum(axis=2), TINY)
     if along.sum() > ALONG * np.square(differences[kept]).sum():
         return 0.0

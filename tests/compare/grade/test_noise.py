@@ -62,6 +62,30 @@ def test_rows_between_ticks_have_no_noise(rows, tick):
     assert white_noise_m(times[some], held[some], SCENE.body.points, EVENTS) == 0.0
 
 
+def test_rows_between_ticks_of_a_body_that_rotates_fast_have_no_noise():
+    """Held rows are wrong along the motion, which turns from row to row; rows on straight lines across it."""
+    tick, times = 0.01, np.arange(60) / 24
+    for reached in (tick * np.floor(times / tick + 1e-9), times):
+        is_held = reached is not times
+        x = reached[:, None] * (1.0, 2.0, -3.0) + np.sin(reached)[:, None] * (0.1, 0.0, 0.3)
+        turn = rotation_matrix(np.column_stack((np.cos(9 * reached), 0 * times, 0 * times, np.sin(9 * reached))))
+        if not is_held:  # every second row is half-way between its neighbours
+            x[1:-1:2] = (x[:-2:2] + x[2::2]) / 2
+            turn[1:-1:2] = (turn[:-2:2] + turn[2::2]) / 2
+        vertices = x[:, None] + np.einsum("tij,kj->tki", turn, POINTS)
+        assert white_noise_m(times, vertices, POINTS, np.empty(0)) == 0.0, is_held
+
+
+def test_noise_of_attitudes_alone_is_measured():
+    """Of a body at rest: nothing else moves the vertices."""
+    times, angles = np.arange(60) / 24, 1e-3 * np.random.default_rng(12).standard_normal((60, 3))
+    turn = rotation_matrix(np.column_stack((np.ones(60), angles / 2)))
+    points = np.random.default_rng(13).standard_normal((8, 3))
+    moved_m = 1e-3 * np.sqrt(2 / 3 * np.square(points).sum(axis=1).mean() / 3)
+    found = white_noise_m(times, np.einsum("tij,kj->tki", turn, points), points, np.empty(0))
+    assert found == pytest.approx(moved_m, rel=0.35)
+
+
 def test_rounded_times_are_even():
     times, vertices = flown(240)
     noise = 1e-4 * np.random.default_rng(7).standard_normal((len(times), 1, 3))
