@@ -11,12 +11,14 @@ from tumble.compare.grade.grade import context_of, grade, scale_of
 from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.measure.significance import EXPLAINED
 from tumble.compare.grade.measure.single_precision import single_floor, stepwise
+from tumble.compare.grade.model.kernel.dynamics import EXPLICIT, EXPONENTIAL, Scheme
 from tumble.compare.grade.model.program_model import FINE, correct_program, output_points
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY, TOO_LITTLE
 from tumble.reports.grade import headline
+from tumble.scenarios.frames import rotation_matrix
 from tumble.scenarios.read import read_scene
 
 CATALOGUE = Path(__file__).parents[3] / "scenarios" / "catalogue"
@@ -37,6 +39,47 @@ def test_what_single_precision_costs_is_allowed(scene, every):
     error = np.sqrt(np.square(single - exact).sum(axis=2).mean(axis=1))
     allowed = EXPLAINED * single_floor(stepwise(correct_program(right, 0), step), times, points)
     assert LEAST < np.sqrt(np.square(error / allowed).mean()) < MOST
+
+
+@pytest.mark.parametrize("dt", [1 / 60, 1 / 240])
+def test_what_single_precision_costs_a_spin_taken_from_attitudes_is_allowed(dt):
+    """It is a small difference of rounded numbers, divided by the step."""
+    scene, count = read_scene("dzhanibekov"), round(4.0 / dt)
+    scheme = Scheme(dt, EXPONENTIAL, EXPLICIT, True, 1.0, recovers=True)
+    program, points = correct_program(scene, 0).but(gyroscopic=0.0, scheme=scheme), output_points(scene.body)
+    runs = [recovered_run(number, scene.start[0], dt, count) for number in (np.float64, np.float32)]
+    exact, single = (np.einsum("tij,kj->tki", rotation_matrix(attitudes), points) for attitudes in runs)
+    times = dt * np.arange(count + 1)
+    simulated = np.einsum("tij,kj->tki", program.output(times, FINE).axes, points)
+    assert np.abs(simulated - exact).max() < 1e-9, "it is the same program"
+    error = np.sqrt(np.square(single - exact).sum(axis=2).mean(axis=1))[1:]
+    ratio = error / (EXPLAINED * single_floor(program, times, points)[1:])
+    assert LEAST < np.sqrt(np.square(ratio).mean()) < 1.0
+
+
+def recovered_run(number, start, dt, count):
+    """Return the attitudes of a program that takes w from each two of them, with no other change of w."""
+    q, w = start[3:7].astype(number), start[10:13].astype(number)
+    found = [q]
+    for _ in range(count):
+        angle = np.sqrt(w @ w) * number(dt)
+        half = number(0.5) * angle
+        turn = np.concatenate(([np.cos(half)], np.sin(half) * w / np.sqrt(w @ w))).astype(number)
+        new = multiplied(turn, q)
+        new = new / np.sqrt(new @ new)
+        w = number(2) * multiplied(new, q * np.array((1, -1, -1, -1), number))[1:] / number(dt)
+        q = new
+        found.append(q)
+    return np.array(found, dtype=float)
+
+
+def multiplied(a, b):
+    """Return the product of two quaternions, in their precision."""
+    w = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
+    x = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
+    y = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
+    z = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
+    return np.array((w, x, y, z))
 
 
 def test_a_mistake_that_is_larger_is_not_hidden(tmp_path):

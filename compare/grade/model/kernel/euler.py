@@ -159,16 +159,41 @@ def _to_single_twice(before: Vector, after: Vector) -> Vector:
 
 
 @borrowing
-def to_single(before: Motion, motion: Motion, precision: int) -> Motion:
-    """Return a motion after a step in single precision: see `dynamics`; before: the step."""
+def _summed(a: float, b: float, c: float, d: float) -> float:
+    """Return the sum of four products in single precision."""
+    return _single(_single(_single(_single(a) + _single(b)) + _single(c)) + _single(d))
+
+
+@borrowing
+def _recovered_in_single(old: Quaternion, new: Quaternion, dt: float) -> Vector:
+    """Return `recovered` if each operation of the product is rounded, which is a large part of a small difference."""
+    a, b, c, d = old
+    w, x, y, z = new
+    factor = 2.0 / dt if w * a + x * b + y * c + z * d >= 0.0 else -2.0 / dt
+    about_x = _summed(-w * b, x * a, -y * d, z * c)
+    about_y = _summed(-w * c, x * d, y * a, -z * b)
+    about_z = _summed(-w * d, -x * c, y * b, z * a)
+    return rotate_back(new, scale(factor, (about_x, about_y, about_z)))
+
+
+@borrowing
+def to_single(before: Motion, motion: Motion, precision: int, recovered_in: float) -> Motion:
+    """Return a motion after a step in single precision: see `dynamics`; before: the step.
+
+    recovered_in: the time between the attitudes of which w is taken [s], 0 if it is not.
+    """
     if precision == SCALED:
         return Motion(motion.x, motion.q, motion.v, scale(1.0 + HALF_SINGLE, motion.w_body))
     if precision == BIASED:
         bias = HALF_SINGLE * math.sqrt(dot(motion.w_body, motion.w_body))
         return Motion(motion.x, motion.q, motion.v, add(motion.w_body, (bias, bias, bias)))
     q = normalise((_single(motion.q[0]), _single(motion.q[1]), _single(motion.q[2]), _single(motion.q[3])))
+    w = motion.w_body
+    if recovered_in > 0.0:
+        exact = recovered(before.q, motion.q, recovered_in)
+        w = add(w, add(_recovered_in_single(before.q, q, recovered_in), scale(-1.0, exact)))
     if precision == ROUNDED_TWICE:
-        w = _to_single_twice(before.w_body, motion.w_body)
+        w = _to_single_twice(before.w_body, w)
         return Motion(_to_single_twice(before.x, motion.x), q, _to_single_twice(before.v, motion.v), w)
-    w = rotate_back(q, _rounded(rotate(motion.q, motion.w_body)))
+    w = rotate_back(q, _rounded(rotate(motion.q, w)))
     return Motion(_rounded(motion.x), q, _rounded(motion.v), w)

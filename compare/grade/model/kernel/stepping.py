@@ -223,7 +223,7 @@ def _integrate(
                 if sleeps:
                     motion = _at_rest(motion, dynamics)
                 if scheme.precision != DOUBLE:
-                    motion = to_single(before, motion, scheme.precision)
+                    motion = to_single(before, motion, scheme.precision, dt if scheme.recovers else 0.0)
                 length *= growth
                 if scheme.normalise_every > 0 and steps % scheme.normalise_every == 0:
                     length = 1.0
