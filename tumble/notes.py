@@ -55,9 +55,9 @@ class Meter:
     """
 
     def __init__(self, doing: str, total: float) -> None:
-        from tumble.compare.run.execution import EXECUTION  # loaded by then
-
-        self._workers = EXECUTION.get().workers
+        # Loaded by what has workers: 30 ms that a command without engines does not need.
+        execution = sys.modules.get("tumble.compare.run.execution")
+        self._workers = execution.EXECUTION.get().workers if execution else None
         self.doing, self.total, self.done, self.last = doing, total, 0.0, ""
         self._begun = monotonic()
         # Engines run side by side.
