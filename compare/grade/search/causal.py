@@ -1,12 +1,12 @@
 """Finds the mistakes of a program in the order in which they show: first in the first rows, then in more and more."""
 
-from collections.abc import Callable, Collection, Container, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain, combinations
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.explanation import Mistakes
+from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.hypotheses.mistakes.output import OUTPUT_PARTS
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
@@ -19,8 +19,8 @@ from tumble.scenarios.frames import Array
 
 # Programs of many that are followed beyond the first part of the run.
 FOLLOWED = 60
-# Mistakes that are fitted, of all that are tried.
-FITTED = 10
+# Changes that are fitted, of all that are tried; of these, and of schemes, so many are fitted to the end.
+FITTED, LIKELIEST = 10, 5
 # Single changes that are fitted, before programs with several.
 ALONE = 24
 # Of these, so many are followed if what seems best leads nowhere.
@@ -124,7 +124,8 @@ class CausalSearch(Changes):
                 on_progress(before / self._context.duration)
                 until = self._next_part(before, alike[0])
                 self._begin(until)
-                begun = alike[:KEPT]
+                scores = self._profiled(alike, np.empty(0))
+                begun = [alike[number] for number in np.argsort(scores, kind="stable")[:KEPT]]
                 # A free translation is as good as a start velocity or an acceleration of any size.
                 single = _distinct([c for c in self._single.get(until, []) if not _is_free_translation(c)])
                 whole = min(self._fitted(known).weight for known in self._known)
@@ -175,8 +176,23 @@ class CausalSearch(Changes):
         added = [m for m in pool[0].mistakes if m.hypothesis not in before]
         parts = {m.hypothesis.part for m in added}
         others = [each for each in alike[1:] if added and each and not parts & {m.hypothesis.part for m in each}]
-        swapped = [self._fitted(self._proposals.ordered((*each, *added))) for each in others]
-        return sorted((*pool, *swapped), key=_enough_first)
+        swapped = [self._proposals.ordered((*each, *added)) for each in others]
+        wanted = dict.fromkeys((*swapped, *self._with_twins(pool)))
+        return sorted((*pool, *map(self._fitted, wanted)), key=_enough_first)
+
+    def _with_twins(self, pool: Sequence[Candidate]) -> list[Mistakes]:
+        """Return the first program with another mistake in the place of one, where both were seen to do the same."""
+        best, found = pool[0].mistakes, []
+        known = [(candidate.mistakes, self._misfit(candidate)) for candidate in pool]
+        for (one, misfit), (other, own_misfit) in combinations(known, 2):
+            if abs(misfit - own_misfit) < SAME and len(one) == len(other):
+                for mine, twin in ((one, other), (other, one)):
+                    gone, new = [m for m in mine if m not in twin], [m for m in twin if m not in mine]
+                    kept = [m for m in best if m.hypothesis not in {m.hypothesis for m in gone}]
+                    is_other = len(gone) == 1 and gone[0].hypothesis is not new[0].hypothesis
+                    if is_other and len(kept) == len(best) - 1 and _fits(new[0], kept):
+                        found.append(self._proposals.ordered((*kept, *new)))
+        return list(dict.fromkeys(found))[:SWAPPED]
 
     def _next_part(self, before: float, mistakes: Mistakes) -> float:
         """Return until when to look after the part until a time [s]: not far beyond where a program begins to be wrong.
@@ -488,9 +504,9 @@ class CausalSearch(Changes):
     # --- what comes next ----------------------------------------------------------------------------------------------
 
     def _expanded(self, candidate: Candidate, count: int = FITTED) -> list[Candidate]:
-        """Return the programs that are a change away from one and fit best, fitted.
+        """Return the programs that are a change, or another scheme, away from one and fit best, fitted.
 
-        count: of those that are fitted, apart from schemes; if it is larger than usual, more first values are tried.
+        count: of changes that may be fitted; if it is larger than usual, more first values are tried.
         """
         mistakes = candidate.mistakes
         run = self._run(mistakes)
@@ -509,20 +525,27 @@ class CausalSearch(Changes):
         counted = np.array(shares)
         ranks = candidate.rank - counted * (candidate.score - self._screened(mistakes, programs, slopes))
         best = {programs[number]: shares[number] for number in best_of_each(owners, ranks)[:count]}
-        best |= dict.fromkeys(self._schemes(mistakes), 1.0)
-        if len(best) > 2 * FITTED:
-            hopeful = {program: self._fit.fitted(program, 2)[2] + self._cost(program) for program in best}
-            best = {program: best[program] for program in sorted(best, key=hopeful.__getitem__)[:FITTED]}
-        found = []
-        for program, share in best.items():
+        schemes = dict.fromkeys(self._schemes(mistakes), 1.0)
+        return [*self._children(candidate, best), *self._children(candidate, schemes)]
+
+    def _children(self, candidate: Candidate, programs: Mapping[Mistakes, float]) -> list[Candidate]:
+        """Return the best of some programs, fitted, each with the share of what it gains that counts."""
+        scores = {program: self._fit.fitted(program, 2)[2] + self._cost(program) for program in programs}
+        found: list[Candidate] = []
+        for program in sorted(programs, key=scores.__getitem__)[:LIKELIEST]:
             child = self._fitted(program)
-            child.rank = candidate.rank - share * (candidate.score - child.score)
+            child.rank = candidate.rank - programs[program] * (candidate.score - child.score)
             found.append(child)
         return found
 
 
 def _new_ones(programs: Iterable[Mistakes], known: Container[Mistakes], best: Mistakes) -> list[Mistakes]:
     return list(dict.fromkeys(program for program in programs if program != best and program not in known))
+
+
+def _fits(mistake: Mistake, others: Sequence[Mistake]) -> bool:
+    """Return whether a program with other mistakes may have one more, of another part."""
+    return mistake.hypothesis.part not in {m.hypothesis.part for m in others}
 
 
 def _apart_from_steps(mistakes: Mistakes) -> Mistakes:

@@ -67,13 +67,25 @@ class Changes(Parts):
         shells, errors = self._simulations.shells, self._simulations.errors([mistakes])
         starts_right = np.array([np.abs(part[:, 0]).max() <= RIGHT for part in shells.parts(errors)])
         looked_at = wanted = np.array((not self._fit.is_free, True))
-        if shells.is_whole(shells.without_centre(errors[0])):
+        if self._turns_right([mistakes])[0]:
             wanted = looked_at & (True, False)
         return {
             hypothesis
             for hypothesis, (acts, shows_at_once) in self._effects.items()
             if acts.any() and (not (acts & wanted).any() or (shows_at_once & starts_right & looked_at).any())
         }
+
+    def _turns_right(self, programs: Sequence[Mistakes]) -> list[bool]:
+        """Return whether the rotation of programs is right."""
+        shells = self._simulations.shells
+        return [shells.is_whole(shells.without_centre(errors)) for errors in self._simulations.errors(programs)]
+
+    def _turning_as_well(self, mistakes: Mistakes, programs: Sequence[Mistakes]) -> list[Mistakes]:
+        """Return programs whose rotation is right if that of a program is; all of them if it is not."""
+        if not programs or not self._turns_right([mistakes])[0]:
+            return list(programs)
+        turn_right = self._turns_right(programs)
+        return [program for program, is_right in zip(programs, turn_right, strict=True) if is_right]
 
     def _turns(self, mistakes: Mistakes) -> bool:
         """Return whether some of the mistakes act on the rotation, as far as that is known."""
@@ -114,6 +126,8 @@ class Changes(Parts):
     def _schemes(self, mistakes: Mistakes) -> list[Mistakes]:
         """Return the best schemes for mistakes."""
         tried = self._upon_steps(mistakes)
+        turning = set(self._turning_as_well(mistakes, [program for _, program in tried]))
+        tried = [(kind, program) for kind, program in tried if program in turning]
         if not tried:  # no step is short enough
             return []
         slopes = self._all_slopes(mistakes)
@@ -121,7 +135,8 @@ class Changes(Parts):
         likely = [tried[number][1] for number in best_of_each([kind.key for kind, _ in tried], scores)]
         detailed = [each for one in likely[:DETAILED] for each in self._proposals.with_details(one)]
         ticks = [each for one in likely[:PLACED] for each in self._proposals.with_other_ticks(one)]
-        likely = list(dict.fromkeys((*likely[:PLACED], *detailed, *ticks, *self._damped(likely[:PLACED]))))
+        every = dict.fromkeys((*likely[:PLACED], *detailed, *ticks, *self._damped(likely[:PLACED])))
+        likely = self._turning_as_well(mistakes, list(every))
         scores = self._profiled(likely, slopes)
         found = self._best_fitted([likely[number] for number in np.argsort(scores, kind="stable")[:HOPEFUL]])
         without = [tuple(m for m in one if not m.hypothesis.vague) for one in found]

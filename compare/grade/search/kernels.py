@@ -11,21 +11,24 @@ Integers = NDArray[np.int64]
 
 @kernel
 def pose_residuals(
-    x: Array, axes: Array, own_x: Array, own_axes: Array, reach: float, has_centre: bool, trust: Array, found: Array
+    x: Array, axes: Array, own_x: Array, own_axes: Array, arms: Array, has_centre: bool, trust: Array, found: Array
 ) -> None:
     """Write what programs with x, (V, T, 3), and axes, (V, T, 3, 3), leave of a file's, (T, 3) and (T, 3, 3).
 
-    found: of the centre, and of three points on the axes of the body at a distance [m], (V, T, 4, 3); trust: 1 / floor
-    [1/m], (T, 3).
+    found: of the centre, and of three points of the body, (V, T, 4, 3); arms: of these [m], a point a column, (3, 3);
+    trust: 1 / floor [1/m], (T, 3).
     """
     for program in range(len(x)):
         for row in range(len(own_x)):
             for axis in range(3):
                 off = own_x[row, axis] - x[program, row, axis] if has_centre else 0.0
                 found[program, row, 0, axis] = off * trust[row, axis]
+                a = own_axes[row, axis, 0] - axes[program, row, axis, 0]
+                b = own_axes[row, axis, 1] - axes[program, row, axis, 1]
+                c = own_axes[row, axis, 2] - axes[program, row, axis, 2]
                 for point in range(3):
-                    turned = own_axes[row, axis, point] - axes[program, row, axis, point]
-                    found[program, row, 1 + point, axis] = reach * turned * trust[row, axis]
+                    moved = a * arms[0, point] + b * arms[1, point] + c * arms[2, point]
+                    found[program, row, 1 + point, axis] = moved * trust[row, axis]
 
 
 @kernel

@@ -82,7 +82,8 @@ class Parts:
 
     def _simulations_until(self, until: float) -> tuple[Simulations, Simulations]:
         """Return fine and coarse simulations until a time [s]."""
-        shells = Shells(self._sample, self._scale, self._points, until, self._events)
+        are_written = self._context.kind == "vertices"
+        shells = Shells(self._sample, self._scale, self._points, until, self._events, are_written)
         floor_m = np.sqrt(3.0) * float(np.median(self._scale.floors_m.min(axis=1)))  # of the axis with most digits
         small = OF_FLOOR * floor_m / (ERROR * self._scale.size_m)
         fineness = float(np.clip(UNIT * small**0.25, FINEST, COARSEST))

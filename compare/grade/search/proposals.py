@@ -213,7 +213,14 @@ class Proposals:
         yield from self._with_other_details(mistakes)
 
     def _with_other_details(self, mistakes: Mistakes) -> Iterator[tuple[object, Mistakes]]:
-        """Yield programs that move the centre in another number of substeps, or look for events at other ticks."""
+        """Yield programs with another method of the same step, other substeps of the centre, or other ticks of events.
+
+        Methods of high order do nearly the same in short steps, so only one of them may have been tried in this one.
+        """
+        for step in (m for m in mistakes if m.hypothesis in self._methods):
+            others = tuple(m for m in mistakes if m is not step)
+            for method in (each for each in self._methods if each is not step.hypothesis):
+                yield method, self.ordered((*others, step._replace(hypothesis=method)))
         for own, step in self._own_step(mistakes):
             for substeps in SUBSTEPS if not own.explicit else ():
                 yield ("details",), self._with_step(mistakes, step, replace(own, substeps=substeps))
@@ -291,6 +298,9 @@ class Proposals:
         """Yield each kind of scheme upon which the other mistakes can be put, wherever in its step they happen."""
         others = tuple(m for m in mistakes if m.hypothesis.part != STEPS)
         yield from self._in_steps(others, GYROSCOPIC, ROTATIONS)
+        if all(m.hypothesis is not self._recovered for m in others):  # it has an effect of the first order
+            recovered = (*others, Mistake(self._recovered))
+            yield from self._in_steps(recovered, PLAIN_GYROSCOPIC, PLAIN_ROTATIONS)
         for placed in self._with_other_variants(others):
             yield from self._in_steps(placed, PLAIN_GYROSCOPIC, PLAIN_ROTATIONS)
             if self.classical is not None:  # of a step that cannot be seen otherwise

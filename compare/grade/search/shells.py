@@ -47,22 +47,32 @@ REGULAR = 1e-12
 class Shells:
     """Rows of one throw up to a time, in shells.
 
-    times [s], (T,); a residual of a row has the shift of the centre and of three points on the axes of the body, which
-    rotate and shear with it, in floors: (4, 3).  If a file has too few vertices for that, it has those of the vertices.
+    times [s], (T,); a residual of a row has the shift of the centre and of three points of the body, which rotate and
+    shear with it, in floors: (4, 3).  If a file has too few vertices for that, it has those of the vertices.
     """
 
-    def __init__(self, sample: SampledRows, scale: ResidualScale, points: Array, until: float, events: Array) -> None:
+    def __init__(
+        self,
+        sample: SampledRows,
+        scale: ResidualScale,
+        points: Array,
+        until: float,
+        events: Array,
+        are_written: bool = False,
+    ) -> None:
         """Choose the rows.
 
-        points: vertices in the file [m], axes of the body, (K, 3); until: [s]; events: times of impulses [s].
+        points: vertices in the file [m], axes of the body, (K, 3); until: [s]; events: times of impulses [s];
+        are_written: the file has vertices, rounded each, and no pose.
         """
         kept = _chosen(sample.times, until, events)
         self.times, vertices = sample.times[kept], sample.vertices[kept]
         self.floors_m = scale.floors_m[kept]
         self._trust = 1.0 / self.floors_m[:, None, :]
-        self._reach = float(np.sqrt((points**2).sum(axis=1).mean())) or 1.0
         self._points = points
         self.is_pose, x, axes = _affine(vertices, points, self.floors_m)
+        reach = float(np.sqrt((points**2).sum(axis=1).mean())) or 1.0
+        self._arms = _arms(points) if are_written and self.is_pose else reach * np.eye(3)
         self._x, self._axes = np.ascontiguousarray(x), np.ascontiguousarray(axes)
         self._vertices = vertices
         edges, size = [0], 0
@@ -97,7 +107,7 @@ class Shells:
         """Return what programs leave, in floors, (V, T, 4, 3), from x [m], (V, T, 3), and axes, (V, T, 3, 3)."""
         if self.is_pose:
             found = np.empty((*x.shape[:2], 4, 3))
-            own = self._x, self._axes, self._reach
+            own = self._x, self._axes, self._arms
             pose_residuals(x, axes, *own, has_centre, self._trust[:, 0], found)
             return found
         with np.errstate(all="ignore"):
@@ -191,10 +201,12 @@ class Shells:
         normal, right = np.empty((len(errors), count, count)), np.empty((len(errors), count, 3))
         precise = self._squares_of(np.ascontiguousarray(like[:, :, :1]), THE_CENTRE)[:, :, 0]
         translation_equations(centres, precise, self._edges, self._powers, trust, normal, right)
-        size = np.einsum("vpp->vp", normal)
-        normal += REGULAR * np.eye(count) * size.max(axis=1)[:, None, None]
+        # Each power is scaled apart: rows that are right are precise to the floor, and others may hardly count.
+        size = np.sqrt(np.einsum("vpp->vp", normal))[:, :, None]
+        size[size == 0.0] = 1.0
+        normal = normal / (size * size.swapaxes(1, 2)) + REGULAR * np.eye(count)
         left = np.empty(centres.shape)
-        without_translation(centres, self._powers, np.linalg.solve(normal, right), trust, left)
+        without_translation(centres, self._powers, np.linalg.solve(normal, right / size) / size, trust, left)
         return left
 
 
@@ -211,6 +223,16 @@ def _chosen(times: Array, until: float, events: Array) -> np.ndarray:
     rest = golden_subsample(count, ROWS - len(first))
     chosen = np.unique(np.concatenate((first, after.ravel(), rest, [count - 1])))
     return chosen[(chosen >= 0) & (chosen < count)]
+
+
+def _arms(points: Array) -> Array:
+    """Return three points, one a column [m], (3, 3), that any rotation or shear moves as the vertices, (K, 3).
+
+    The mean square of the distances is the same.  Along an axis on which the body is thin, vertices hardly tell how it
+    rotates and shears, and what their rounding makes of that would be as large at points on axes of one length.
+    """
+    _, sizes, axes = np.linalg.svd(points, full_matrices=False)
+    return np.sqrt(3.0 / len(points)) * sizes * axes.T
 
 
 def _affine(vertices: Array, points: Array, floors_m: Array) -> tuple[bool, Array, Array]:

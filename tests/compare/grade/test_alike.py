@@ -134,7 +134,7 @@ def test_what_was_as_good_before_is_tried_with_what_has_been_added():
     stops, other_stop = mistakes_of("s")[0], mistakes_of("s")[0]
     scores = {"as": 9.0, "bs": 4.0}
     search = CausalSearch.__new__(CausalSearch)
-    search._proposals = SimpleNamespace(ordered=tuple)
+    search._proposals, search._cost = SimpleNamespace(ordered=tuple), len
     search._fitted = lambda mistakes: fitted(mistakes, scores)
     pool = [fitted((*before[0], stops), scores)]
     swapped = search._swapped(pool, [*before[:2], (*before[2], other_stop)])

@@ -13,6 +13,7 @@ from tumble.compare.grade.hypotheses.mistakes.output import _in_axes
 from tumble.compare.grade.model.kernel.dynamics import EXPLICIT, QUATERNION, Scheme
 from tumble.compare.grade.model.program_model import FINE, Pose, correct_program, outputs
 from tumble.compare.grade.search.kernels import first_alike, pose_residuals, precisions_of, squares_of
+from tumble.compare.grade.search.shells import _arms
 from tumble.scenarios.read import read_scene
 
 # An impulse; drag and gravity; a tether and gravity; a floor.
@@ -70,15 +71,22 @@ def test_the_squares_of_residuals_are_means_over_shells_and_blocks():
 
 
 @pytest.mark.parametrize("has_centre", [True, False])
-def test_residuals_are_of_the_centre_and_of_points_on_the_axes_of_the_body(has_centre):
+def test_residuals_are_of_the_centre_and_of_three_points_of_the_body(has_centre):
     random = np.random.default_rng(5)
     x, axes, own_x, own_axes = (random.normal(size=shape) for shape in ((2, 5, 3), (2, 5, 3, 3), (5, 3), (5, 3, 3)))
-    trust, reach, found = random.uniform(1.0, 9.0, size=(5, 3)), 0.7, np.empty((2, 5, 4, 3))
-    pose_residuals(x, axes, own_x, own_axes, reach, has_centre, trust, found)
+    trust, arms, found = random.uniform(1.0, 9.0, size=(5, 3)), random.normal(size=(3, 3)), np.empty((2, 5, 4, 3))
+    pose_residuals(x, axes, own_x, own_axes, arms, has_centre, trust, found)
     centre = own_x - x if has_centre else np.zeros_like(x)
-    points = np.einsum("vtij,kj->vtki", own_axes - axes, reach * np.eye(3))
+    points = np.einsum("vtij,jk->vtki", own_axes - axes, arms)
     expected = np.concatenate((centre[:, :, None], points), axis=2) * trust[:, None]
     np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("count", [3, 4, 8])
+def test_three_points_move_as_the_vertices_do(count):
+    random = np.random.default_rng(6)
+    points, moved = random.normal(size=(count, 3)) * (1.0, 0.3, 0.01), random.normal(size=(3, 3))
+    assert np.square(moved @ _arms(points)).mean() == pytest.approx(np.square(points @ moved.T).mean(), rel=1e-12)
 
 
 @pytest.mark.parametrize("vertices", [True, False])

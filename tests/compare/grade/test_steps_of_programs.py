@@ -11,11 +11,12 @@ from programs import Program, fly, read, write
 
 from tumble.compare.grade.grade import grade
 from tumble.compare.grade.hypotheses.explanation import Mistake
+from tumble.compare.grade.hypotheses.names import SPIN_RECOVERED
 from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
 from tumble.compare.grade.model.program_model import FINE, correct_program
 from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.closing import Closing
-from tumble.compare.grade.search.proposals import Proposals
+from tumble.compare.grade.search.proposals import STEPS, Proposals
 from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY
 from tumble.scenarios.read import read_scene, scene_path
 
@@ -230,3 +231,45 @@ def test_schemes_that_differ_little_beside_what_is_left_are_one(tmp_path):
     known, (only,) = search._distinct(programs, found, nothing), search._distinct(programs, found, much)
     assert evaluator.cost(programs[only]) == min(map(evaluator.cost, programs)), "the most likely one is tried"
     assert len(programs) / 2 < len(known) < len(programs), "some have the same effect, others differ"
+
+
+def test_other_methods_of_the_same_step_are_tried(tmp_path):
+    """In short steps two methods of order 4 do nearly the same, so only one of them is tried there."""
+    rows = list(fly(scene_path("brick-tumble"), Program(**LOOP, dt=0.01, every=1)))
+    file = write(tmp_path / "loop.csv", rows, None, form="{:.6f}".format)
+    search = CausalSearch(evaluator_of(file, read_scene("brick-tumble"))[0])
+    proposals = search.proposals
+    others = dict(proposals.with_others((Mistake(proposals.classical, 0.01),), search._run(())))
+    found = {m.hypothesis.name: m.value for each in others.values() for m in each if m.hypothesis.part == STEPS}
+    assert found["runge-kutta-4-three-eighths"] == found["heun"] == 0.01
+
+
+def test_a_spin_taken_from_attitudes_is_tried_with_each_plain_scheme(tmp_path):
+    rows = list(fly(scene_path("brick-tumble"), Program(**LOOP, dt=0.01, every=1)))
+    file = write(tmp_path / "loop.csv", rows, None, form="{:.6f}".format)
+    evaluator, every = evaluator_of(file, read_scene("brick-tumble"))
+    recovered = Mistake(next(h for h in every if h.name == SPIN_RECOVERED))
+    schemes = CausalSearch(evaluator).proposals.with_other_schemes
+    counts = [sum(recovered in kind.others for kind in schemes(mistakes)) for mistakes in ((), (recovered,))]
+    kinds = [kind.key for kind in schemes(())]
+    assert 4 < counts[0] < counts[1]
+    assert len(kinds) == len(set(kinds)), "none is tried twice"
+
+
+def test_schemes_leave_a_rotation_right_that_is_right(tmp_path):
+    """Only the centre is wrong: it is moved by the old velocity."""
+    rows = list(
+        fly(
+            scene_path("two-hits"),
+            Program(dt=0.01, every=2, method="explicit", axes="body", turn="exponential", until=1.5),
+        )
+    )
+    file = write(tmp_path / "explicit.csv", rows, None, form="{:.7f}".format)
+    search = CausalSearch(evaluator_of(file, read_scene("two-hits"))[0])
+    step = search.proposals.schemes.step(Step("explicit", "exponential", explicit=True))
+    other = (Mistake(search.proposals.classical, 0.01),)
+    assert search._turns_right([(Mistake(step, 0.01),), other]) == [True, False]
+    found = search._schemes((Mistake(step, 0.01),))
+    assert found
+    assert all(search._turns_right(found))
+    assert not all(search._turns_right(search._schemes(other)))
