@@ -30,7 +30,7 @@ test: venv-test
 	$(COMPILE_MODULES)
 	$(BIN)/pytest -n auto --dist worksteal --quick
 
-# The first case of two fifths of the slow tests and a tenth of the others, others for each commit; all tests with all cases.
+# The first case of three tenths of the slow tests and a twelfth of the others, others for each commit; all tests with all cases.
 test-rest: venv-test
 	$(COMPILE_MODULES)
 	$(BIN)/pytest -n auto --dist worksteal --rest

@@ -1,9 +1,9 @@
 """Two tiers: `make test` runs every quick test and a few of the slow cases, `make test-rest` more of these.
 
 tests/slow.txt lists slow tests, a function a line.  Of each, `--quick` runs the first case where `first` stands behind
-it, and of the other cases one in 120, others with each commit; none where `rest` does.  `--rest` runs two fifths of the
-first cases that `--quick` did not, and a tenth of the others, again others with each commit.  A test that is slow and
-not listed fails, if it is slow a second time too: what is compiled or imported once counts for no test.
+it, and of the other cases one in 120, others with each commit; none where `rest` does.  `--rest` runs three tenths of
+the first cases that `--quick` did not, and a twelfth of the others, again others with each commit.  A test that is slow
+and not listed fails, if it is slow a second time too: what is compiled or imported once counts for no test.
 
 These are the shares of a machine of pace 1.  One that takes three times as long runs a third of them.
 """
@@ -25,7 +25,7 @@ MOST_S = 3.0
 WORK_S = 0.0175
 QUICK, REST, PARTS = "quick", "rest", 120
 # Shares of first cases and of others that `--rest` runs.
-FIRST_CASES, OTHERS = 0.4, 0.1
+FIRST_CASES, OTHERS = 0.3, 1 / 12
 # Every process of a run draws the same tests: the first one measures the pace for all.
 PACE = "TUMBLE_TESTS_PACE"
 taken = pytest.StashKey[float]()
