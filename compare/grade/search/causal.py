@@ -6,7 +6,7 @@ from itertools import chain, combinations
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
+from tumble.compare.grade.hypotheses.explanation import Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.hypotheses.mistakes.output import OUTPUT_PARTS
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
@@ -190,7 +190,8 @@ class CausalSearch(Changes):
                     gone, new = [m for m in mine if m not in twin], [m for m in twin if m not in mine]
                     kept = [m for m in best if m.hypothesis not in {m.hypothesis for m in gone}]
                     is_other = len(gone) == 1 and gone[0].hypothesis is not new[0].hypothesis
-                    if is_other and len(kept) == len(best) - 1 and _fits(new[0], kept):
+                    is_free = is_other and new[0].hypothesis.part not in {m.hypothesis.part for m in kept}
+                    if is_free and len(kept) == len(best) - 1:
                         found.append(self._proposals.ordered((*kept, *new)))
         return list(dict.fromkeys(found))[:SWAPPED]
 
@@ -541,11 +542,6 @@ class CausalSearch(Changes):
 
 def _new_ones(programs: Iterable[Mistakes], known: Container[Mistakes], best: Mistakes) -> list[Mistakes]:
     return list(dict.fromkeys(program for program in programs if program != best and program not in known))
-
-
-def _fits(mistake: Mistake, others: Sequence[Mistake]) -> bool:
-    """Return whether a program with other mistakes may have one more, of another part."""
-    return mistake.hypothesis.part not in {m.hypothesis.part for m in others}
 
 
 def _apart_from_steps(mistakes: Mistakes) -> Mistakes:

@@ -128,7 +128,7 @@ class Changes(Parts):
         tried = self._upon_steps(mistakes)
         turning = set(self._turning_as_well(mistakes, [program for _, program in tried]))
         tried = [(kind, program) for kind, program in tried if program in turning]
-        if not tried:  # no step is short enough
+        if not tried:  # no step is short enough, or leaves a right rotation right
             return []
         slopes = self._all_slopes(mistakes)
         scores = self._profiled([program for _, program in tried], slopes)

@@ -258,12 +258,8 @@ def test_a_spin_taken_from_attitudes_is_tried_with_each_plain_scheme(tmp_path):
 
 def test_schemes_leave_a_rotation_right_that_is_right(tmp_path):
     """Only the centre is wrong: it is moved by the old velocity."""
-    rows = list(
-        fly(
-            scene_path("two-hits"),
-            Program(dt=0.01, every=2, method="explicit", axes="body", turn="exponential", until=1.5),
-        )
-    )
+    explicit = Program(dt=0.01, every=2, method="explicit", axes="body", turn="exponential", until=1.5)
+    rows = list(fly(scene_path("two-hits"), explicit))
     file = write(tmp_path / "explicit.csv", rows, None, form="{:.7f}".format)
     search = CausalSearch(evaluator_of(file, read_scene("two-hits"))[0])
     step = search.proposals.schemes.step(Step("explicit", "exponential", explicit=True))
