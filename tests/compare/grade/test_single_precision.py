@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pose_files import write_poses
-from programs import Program, fly, read, write
+from programs import Program, fly, multiply, read, write
 
 from tumble.compare.grade.grade import context_of, grade, scale_of
 from tumble.compare.grade.measure.errors import measure
@@ -65,21 +65,12 @@ def recovered_run(number, start, dt, count):
         angle = np.sqrt(w @ w) * number(dt)
         half = number(0.5) * angle
         turn = np.concatenate(([np.cos(half)], np.sin(half) * w / np.sqrt(w @ w))).astype(number)
-        new = multiplied(turn, q)
+        new = multiply(turn, q)
         new = new / np.sqrt(new @ new)
-        w = number(2) * multiplied(new, q * np.array((1, -1, -1, -1), number))[1:] / number(dt)
+        w = number(2) * multiply(new, q * np.array((1, -1, -1, -1), number))[1:] / number(dt)
         q = new
         found.append(q)
     return np.array(found, dtype=float)
-
-
-def multiplied(a, b):
-    """Return the product of two quaternions, in their precision."""
-    w = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
-    x = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
-    y = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
-    z = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
-    return np.array((w, x, y, z))
 
 
 def test_a_mistake_that_is_larger_is_not_hidden(tmp_path):
