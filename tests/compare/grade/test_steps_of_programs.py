@@ -254,6 +254,7 @@ def test_a_spin_taken_from_attitudes_is_tried_with_each_plain_scheme(tmp_path):
     kinds = [kind.key for kind in schemes(())]
     assert 4 < counts[0] < counts[1]
     assert len(kinds) == len(set(kinds)), "none is tried twice"
+    assert all(kind.others.count(recovered) <= 1 for kind in schemes((recovered,)))
 
 
 def test_schemes_leave_a_rotation_right_that_is_right(tmp_path):
