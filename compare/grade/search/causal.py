@@ -526,8 +526,12 @@ class CausalSearch(Changes):
         counted = np.array(shares)
         ranks = candidate.rank - counted * (candidate.score - self._screened(mistakes, programs, slopes))
         best = {programs[number]: shares[number] for number in best_of_each(owners, ranks)[:count]}
+        children = self._children(candidate, best)
+        # Most programs that have a scheme keep it: another one is looked for when nothing else helps.
+        if _has_scheme(mistakes) and any(candidate.rank - child.rank >= self._much for child in children):
+            return children
         schemes = dict.fromkeys(self._schemes(mistakes), 1.0)
-        return [*self._children(candidate, best), *self._children(candidate, schemes)]
+        return [*children, *self._children(candidate, schemes)]
 
     def _children(self, candidate: Candidate, programs: Mapping[Mistakes, float]) -> list[Candidate]:
         """Return the best of some programs, fitted, each with the share of what it gains that counts."""
@@ -546,6 +550,10 @@ def _new_ones(programs: Iterable[Mistakes], known: Container[Mistakes], best: Mi
 
 def _apart_from_steps(mistakes: Mistakes) -> Mistakes:
     return tuple(m for m in mistakes if m.hypothesis.part != STEPS)
+
+
+def _has_scheme(mistakes: Mistakes) -> bool:
+    return any(m.hypothesis.part == STEPS for m in mistakes)
 
 
 def _is_vague(candidate: Candidate) -> bool:
