@@ -12,8 +12,9 @@ from tumble.compare.engines import OWN
 from tumble.compare.stability.schemas import LimitRow
 from tumble.compare.sweep.schemas import AccuracyCostRow
 from tumble.compare.tables.shared import RunRow
+from tumble.reports.lengths import length
 from tumble.reports.rows import contestant
-from tumble.reports.terminal import LIST_WIDTH, columns, length, plain
+from tumble.reports.terminal import LIST_WIDTH, columns, plain
 
 # Colour of a status or a verdict; the others have none.
 COLOURS = {

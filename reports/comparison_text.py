@@ -19,20 +19,10 @@ from tumble.compare.run.status import described
 from tumble.compare.tables.shared import FindingRow
 from tumble.reports.charts import GOOD, coloured, error_chart
 from tumble.reports.coursework import coursework_text, printed_vertex
+from tumble.reports.lengths import length, ruler, unit_of
 from tumble.reports.numerals import counted, listed
 from tumble.reports.sensor_text import sensor_text
-from tumble.reports.terminal import (
-    LIST_WIDTH,
-    columns,
-    figure,
-    length,
-    plain,
-    reasons_text,
-    ruler,
-    thinned,
-    unit_of,
-    vector,
-)
+from tumble.reports.terminal import LIST_WIDTH, columns, figure, plain, reasons_text, thinned, vector
 from tumble.scenarios.truth import Truth
 
 MOST_NAMED = 4  # engines in one sentence

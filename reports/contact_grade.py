@@ -15,7 +15,8 @@ from tumble.compare.grade.verdicts import (
     TOO_COARSE,
     UNEXPLAINED,
 )
-from tumble.reports.terminal import columns, figure, length
+from tumble.reports.lengths import length
+from tumble.reports.terminal import columns, figure
 
 # Observables in the table, at most, and equally good explanations.
 SHOWN, SHOWN_ALIKE = 12, 3

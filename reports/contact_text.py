@@ -12,8 +12,9 @@ from tumble.compare.contact.findings import RIGHT, ContestantLaw, contestant_law
 from tumble.compare.contact.schemas import ContactRow
 from tumble.compare.engines import OWN
 from tumble.reports.charts import GOOD
+from tumble.reports.lengths import length
 from tumble.reports.numerals import listed
-from tumble.reports.terminal import LIST_WIDTH, columns, figure, length, plain
+from tumble.reports.terminal import LIST_WIDTH, columns, figure, plain
 
 IN_IMPACT = re.compile(" (after|in|of) impact")  # of an observable, below the line with the impact's number
 LEAST_SHARE = 1e-4  # a smaller step error is not worth its place in the table

@@ -8,7 +8,6 @@ from rich.constrain import Constrain
 from rich.text import Text
 
 from tumble.compare.grade.grade import Grade
-from tumble.compare.grade.hypotheses.explanation import Explanation
 from tumble.compare.grade.measure.errors import Measured
 from tumble.compare.grade.search.diagnosis import Diagnosis
 from tumble.compare.grade.verdicts import (
@@ -23,7 +22,9 @@ from tumble.compare.grade.verdicts import (
     TOO_LITTLE,
     UNEXPLAINED,
 )
-from tumble.reports.terminal import LENGTHS, LIST_WIDTH, columns, figure, length, plain, ruler, thinned, vector
+from tumble.reports.grade_progress import mistakes_text
+from tumble.reports.lengths import LENGTHS, length, ruler
+from tumble.reports.terminal import LIST_WIDTH, columns, figure, plain, thinned, vector
 
 BARS = "▁▂▃▄▅▆▇█"
 READ_AS = {
@@ -141,38 +142,6 @@ def read_as(m: Measured) -> str:
     """Return the description of the pose that was graded, in words."""
     kind = READ_AS[m.description.kind]
     return kind if m.description.has_centre else f"{kind.partition(' and ')[2]}, attitude only"
-
-
-def first_lines(file: str, m: Measured, observed: Sequence[str] = ()) -> Iterator[str]:
-    """Yield what is known before a search, a line each.
-
-    Parameters
-    ----------
-    file : name of the file
-    m : its errors
-    observed : observations, sentences
-
-    Returns
-    -------
-    lines of text
-    """
-    yield f"{file}: largest error {length(m.worst_m)} at t = {m.worst_t_s:g} s; searching for its cause"
-    yield from (f"observed: {sentence}" for sentence in observed)
-
-
-def nearest_line(nearest: Explanation) -> str:
-    """Return the nearest engine scheme, if none explains the file.
-
-    Parameters
-    ----------
-    nearest : the explanation by that scheme
-
-    Returns
-    -------
-    one line of text
-    """
-    left = length(nearest.max_m)
-    return f"no engine's default explains it; closest so far ({left} left): {mistakes_text(nearest)}; searching"
 
 
 def resolution(m: Measured) -> str:
@@ -366,11 +335,6 @@ def evidence(diagnosis: Diagnosis) -> Iterator[str]:
         others = f" (with {' and '.join(map(str, range(number - len(first), number)))})" if first else ""
         yield f"  {number}. {last}: {length(before.max_m)} -> {length(step.max_m)}{others}"
         before = step
-
-
-def mistakes_text(explanation: Explanation) -> str:
-    """Return the mistakes of an explanation in one line."""
-    return "; and ".join(mistake.text for mistake in explanation.mistakes) or "nothing wrong"
 
 
 def other_findings(grade: Grade) -> Iterator[str]:

@@ -4,13 +4,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from rich.console import RenderableType
-from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
 from tumble.compare.grade.measure.readings import MeasuredReadings
 from tumble.compare.grade.search.sensor_search import SensorExplanation, SensorMistake
-from tumble.compare.grade.sensor_grade import DeviceGrade, FileGrade, SensorGrade
+from tumble.compare.grade.sensor_grade import DeviceGrade, SensorGrade
 from tumble.compare.grade.verdicts import (
     CORRECT_TO_DIGITS,
     CORRECT_TO_NOISE,
@@ -24,36 +23,11 @@ from tumble.compare.grade.verdicts import (
     TOO_FEW,
     UNEXPLAINED,
 )
-from tumble.reports.grade import grade_text
-from tumble.reports.terminal import LIST_WIDTH, columns, plain, thinned, vector
+from tumble.reports.grade_progress import size
+from tumble.reports.terminal import columns, plain, thinned, vector
 
 # Significant digits of a vector's largest component.
 DIGITS = 4
-
-
-def file_text(found: FileGrade) -> Iterator[RenderableType]:
-    """Yield what `tumble grade` prints of a file: the headlines, then the poses, then the readings.
-
-    Parameters
-    ----------
-    found : the grades of the file
-
-    Returns
-    -------
-    pieces of text, and tables
-    """
-    details: list[Iterator[RenderableType]] = []
-    if found.pose:
-        details.append(grade_text(found.pose))
-        yield next(details[0])
-    if found.sensor:
-        yield Constrain(plain(sensor_headline(found.sensor)), LIST_WIDTH)
-        yield Text()
-        details.append(sensor_text(found.sensor))
-    for number, pieces in enumerate(details):
-        if number:
-            yield Text()
-        yield from pieces
 
 
 def sensor_text(grade: SensorGrade) -> Iterator[RenderableType]:
@@ -183,23 +157,6 @@ def explanation_text(explanation: SensorExplanation) -> str:
     return "; and ".join(mistake.text for mistake in explanation.mistakes)
 
 
-def first_reading_lines(file: str, measured: Sequence[MeasuredReadings]) -> Iterator[str]:
-    """Yield what is known of readings before a search, a line a device.
-
-    Parameters
-    ----------
-    file : name of the file
-    measured : the errors of each device
-
-    Returns
-    -------
-    lines of text
-    """
-    for m in measured:
-        where = f"largest error {size(m, m.worst)} at t = {m.worst_t_s:g} s"
-        yield f"{file}: {m.device}: {where}; searching for its cause"
-
-
 def reading_table(m: MeasuredReadings) -> Table:
     """Return some readings over time: reference, file, and the size of the difference."""
     largest = float(np.abs(m.true).max())
@@ -210,8 +167,3 @@ def reading_table(m: MeasuredReadings) -> Table:
         error = f"{np.linalg.norm(seen - true):.2g}"
         table.add_row(f"{m.readings.times[row]:g}", vector(true, places), vector(seen, places), error)
     return table
-
-
-def size(m: MeasuredReadings, value: float) -> str:
-    """Return an error with its unit, in three significant digits."""
-    return f"{float(f'{value:.3g}'):g} {m.unit}"

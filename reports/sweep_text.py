@@ -22,8 +22,9 @@ from tumble.compare.sweep.work_precision import TARGETS_M, Sweep, Timed
 from tumble.reports.charts import cost_chart
 from tumble.reports.contact_text import POSITIONS
 from tumble.reports.families import joined
+from tumble.reports.lengths import length
 from tumble.reports.numerals import listed
-from tumble.reports.terminal import LIST_WIDTH, columns, figure, length, plain, reasons_text
+from tumble.reports.terminal import LIST_WIDTH, columns, figure, plain, reasons_text
 
 SHARES = (10.0, 1.0, 0.1, 0.01)  # errors of an observable [%]
 MOST_ALIKE = 3  # contestants named as fastest to one error

@@ -1,8 +1,8 @@
 """Lists and tables as text, 80 columns wide if possible."""
 
-import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from rich import box
 from rich.console import Console
@@ -10,20 +10,16 @@ from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
-from tumble.compare.run.contestant import Contestant
-from tumble.compare.tables.shared import EngineRow
-from tumble.reports.numerals import superscript
 from tumble.reports.output import drop_output
 from tumble.scenarios.format import visible
 from tumble.scenarios.frames import Array
 
+if TYPE_CHECKING:  # 10 ms, and most lists are of something else
+    from tumble.compare.tables.shared import EngineRow
+
 # In a pipe tables are not wrapped, because programs cut them into columns; lists are.
 PIPE_WIDTH, LIST_WIDTH = 160, 80
 SHOWN_SAMPLES = 10
-LENGTHS = (("km", 1e3), ("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9), ("pm", 1e-12), ("fm", 1e-15))
-# Beyond this many of the largest unit, and below this part of the smallest, a power of ten is printed.
-BEYOND = 1e4
-RULERS = LENGTHS[:5]  # of positions
 
 
 class Results(Console):
@@ -76,6 +72,8 @@ def columns(*heads: str, right: Sequence[int] = ()) -> Table:
 
 def reasons_text(reasons: Iterable[tuple[str, str]]) -> Iterator[Constrain]:
     """Yield every reason once, after its contestants; reasons: contestant and reason."""
+    from tumble.compare.run.contestant import Contestant  # most lists are of something else
+
     names: dict[str, dict[str, None]] = {}
     for contestant, reason in reasons:
         method = str(Contestant.of_name(contestant).method)
@@ -85,7 +83,7 @@ def reasons_text(reasons: Iterable[tuple[str, str]]) -> Iterator[Constrain]:
         yield Constrain(plain(f"{', '.join(own)}: {reason}"), LIST_WIDTH)
 
 
-def engine_list(rows: Sequence[EngineRow]) -> Table:
+def engine_list(rows: "Sequence[EngineRow]") -> Table:
     """Return the engines: version, precision, methods and features switched off, or why one is missing.
 
     Parameters
@@ -110,53 +108,11 @@ def figure(value: float) -> str:
     return f"{value:.1e}"
 
 
-def length(metres: float) -> str:
-    """Return a length in two digits and a suitable unit.
-
-    Parameters
-    ----------
-    metres : the length [m]
-
-    Returns
-    -------
-    the text
-    """
-    if metres == 0.0 or not math.isfinite(metres):
-        return f"{metres:g} m"
-    unit, size = unit_of(metres)
-    return f"{float(f'{metres / size:.2g}'):g} {unit}"
-
-
-def unit_of(metres: float) -> tuple[str, float]:
-    """Return a suitable unit for a length; a power of ten beyond the named units.
-
-    Parameters
-    ----------
-    metres : the length [m]; if beyond the named units, neither 0 nor infinite
-
-    Returns
-    -------
-    unit
-    its size [m]
-    """
-    if abs(metres) >= BEYOND * LENGTHS[0][1] or abs(metres) < LENGTHS[-1][1] / BEYOND:
-        power = math.floor(math.log10(abs(metres)))
-        return f"10{superscript(power)} m", 10.0**power
-    return next(((unit, size) for unit, size in LENGTHS if abs(metres) >= 0.9995 * size), LENGTHS[-1])
-
-
 def thinned(samples: int) -> list[int]:
     """Return which samples are printed: all, or some at even distances that end with the last."""
     if samples <= SHOWN_SAMPLES:
         return list(range(samples))
     return sorted({round((number + 1) * samples / SHOWN_SAMPLES) - 1 for number in range(SHOWN_SAMPLES)})
-
-
-def ruler(positions: Array, units: Sequence[tuple[str, float]] = RULERS) -> tuple[str, float, int]:
-    """Return the unit that positions [m] are printed in, its length [m], and decimals for three digits."""
-    largest = float(abs(positions).max())
-    unit, metres = next((unit for unit in units if largest >= unit[1]), units[-1])
-    return unit, metres, sum(largest < bound * metres for bound in (100, 10))
 
 
 def vector(values: Array, places: int) -> str:

@@ -19,9 +19,9 @@ sys.path[:0] = [str(Path(__file__).parents[1] / "tests/support")]
 
 from sensor_programs import MISTAKES, Imu, Motion, combined, random_scene, random_times, readings, toml, write  # noqa: E402
 
-from tumble.compare.grade.sensor_grade import RIGHT, SensorGrade  # noqa: E402
+from tumble.compare.grade.sensor_grade import SensorGrade  # noqa: E402
 from tumble.compare.grade.study import grade_file  # noqa: E402
-from tumble.compare.grade.verdicts import NO_MISTAKE_SEEN  # noqa: E402
+from tumble.compare.grade.verdicts import NO_MISTAKE_SEEN, RIGHT  # noqa: E402
 from tumble.reports.sensor_grade import sensor_headline  # noqa: E402
 from tumble.scenarios.read import scene_of  # noqa: E402
 

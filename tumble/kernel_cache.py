@@ -262,8 +262,13 @@ def keep(dispatcher: Any, source: Path, others: tuple[Path, ...] = ()) -> Any:
 @cache
 def state(*sources: Path) -> str:
     """Return a hash of sixteen digits of the source in these folders."""
-    text = b"".join(path.read_bytes() for source in sources for path in sorted(source.rglob("*.py")))
-    return hashlib.sha256(text).hexdigest()[:16]
+    return hashlib.sha256(b"".join(map(source_text, sources))).hexdigest()[:16]
+
+
+@cache
+def source_text(source: Path) -> bytes:
+    """Return the source in a folder: most kernels have parts in the solver's."""
+    return b"".join(path.read_bytes() for path in sorted(source.rglob("*.py")))
 
 
 def folders(source: Path) -> Iterator[Path]:

@@ -2,7 +2,9 @@
 
 from collections.abc import Iterator
 from dataclasses import asdict
+from typing import TYPE_CHECKING
 
+from tumble.compare.grade.file_grade import FileGrade
 from tumble.compare.grade.grade import Grade
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
@@ -13,7 +15,9 @@ from tumble.compare.grade.schemas import (
     SensorDiagnosisRow,
     SensorGradeRow,
 )
-from tumble.compare.grade.sensor_grade import FileGrade, SensorGrade
+
+if TYPE_CHECKING:  # most files have no readings
+    from tumble.compare.grade.sensor_grade import SensorGrade
 
 # Names of values in tables.
 STEP, RATE, FACTOR, CHOICE, SECONDS, VECTOR = "step", "rate", "factor", "choice", "time", "vector"
@@ -127,7 +131,7 @@ def contact_diagnosis_rows(grade: Grade) -> Iterator[ContactDiagnosisRow]:
                 )
 
 
-def sensor_grade_rows(grade: SensorGrade) -> Iterator[SensorGradeRow]:
+def sensor_grade_rows(grade: "SensorGrade") -> Iterator[SensorGradeRow]:
     """Yield the row of each device."""
     for device in grade.devices:
         m = device.measured
@@ -150,7 +154,7 @@ def sensor_grade_rows(grade: SensorGrade) -> Iterator[SensorGradeRow]:
         )
 
 
-def sensor_diagnosis_rows(grade: SensorGrade) -> Iterator[SensorDiagnosisRow]:
+def sensor_diagnosis_rows(grade: "SensorGrade") -> Iterator[SensorDiagnosisRow]:
     """Yield the rows of each device's explanations: one for each parameter of each mistake."""
     for device in grade.devices:
         if device.diagnosis is None or not device.mistakes:

@@ -26,11 +26,11 @@ from tumble.compare.grade.verdicts import (
     CORRECT_TO_NOISE,
     CORRECT_TO_RESOLUTION,
     CORRECT_TO_SINGLE,
-    CORRECT_TO_STEP,
     EXPLAINED_PARTLY,
     EXPLAINED_WHOLLY,
     FOLLOWS_MOTION,
     NO_MISTAKE_SEEN,
+    RIGHT,
     TOO_COARSE,
     TOO_FEW,
     TOO_LITTLE,
@@ -50,7 +50,6 @@ FEWEST_ROWS = 8
 COARSER = 4.0
 # Times at which the readings of the quick motion are compared with the truth.
 CERTIFIED = 12
-RIGHT = (CORRECT_TO_RESOLUTION, CORRECT_TO_SINGLE, CORRECT_TO_DIGITS, CORRECT_TO_STEP, CORRECT_TO_NOISE)
 # The verdicts of a file, of which the last one among its devices counts.
 UNDECIDED = (FOLLOWS_MOTION, NO_MISTAKE_SEEN, TOO_COARSE, TOO_LITTLE, TOO_FEW)
 
@@ -298,41 +297,3 @@ def agreeing(grades: Sequence[DeviceGrade]) -> list[DeviceGrade]:
             rest = tuple(each for each in every if each is not best)
             found[number] = replace(grade, diagnosis=SensorDiagnosis(diagnosis.null, best, rest, diagnosis.trials))
     return found
-
-
-@dataclass(frozen=True, eq=False)
-class FileGrade:
-    """The grade of one file: of its poses, of its readings of a sensor, or of both.
-
-    Parameters
-    ----------
-    pose : the grade of the trajectory; None: the file has no pose
-    sensor : the grade of the readings; None: the file has none, or the scene has no sensor
-    """
-
-    pose: Grade | None
-    sensor: SensorGrade | None
-
-    @property
-    def verdict(self) -> str:
-        """The verdict: that of the poses, or that of the readings if the poses are right."""
-        if self.pose is None or (self.sensor is not None and self.pose.verdict in RIGHT):
-            assert self.sensor is not None
-            return self.sensor.verdict
-        return self.pose.verdict
-
-    @property
-    def file(self) -> str:
-        """Name of the file."""
-        return self._either.file
-
-    @property
-    def scene(self) -> Scene:
-        """The scene that it is graded against."""
-        return self._either.scene
-
-    @property
-    def _either(self) -> Grade | SensorGrade:
-        found = self.pose or self.sensor
-        assert found is not None
-        return found

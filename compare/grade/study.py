@@ -7,20 +7,23 @@ from contextlib import ExitStack
 from dataclasses import replace
 from math import inf
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from tumble.compare.grade.file_grade import FileGrade
 from tumble.compare.grade.grade import SEARCH_S, TASKS, grade
 from tumble.compare.grade.hypotheses.explanation import Explanation
 from tumble.compare.grade.measure.errors import Measured
-from tumble.compare.grade.measure.readings import MeasuredReadings
 from tumble.compare.grade.read.columns import AmbiguousFile, BadTrajectory
 from tumble.compare.grade.read.formats import as_csv
 from tumble.compare.grade.read.mapping import mapping_file
 from tumble.compare.grade.read.reading_options import ReadingOptions
 from tumble.compare.grade.read.refusals import refusal
 from tumble.compare.grade.read.sensor_rows import rows_of_sensor
-from tumble.compare.grade.sensor_grade import FileGrade, chosen_sensor, grade_readings
 from tumble.compare.run.progress import Display, no_display
 from tumble.scenarios.scene import Scene
+
+if TYPE_CHECKING:  # most files have no readings
+    from tumble.compare.grade.measure.readings import MeasuredReadings
 
 log = logging.getLogger(__name__)
 
@@ -39,7 +42,7 @@ def grade_file(
     answer_s: float = inf,
     on_measured: Callable[[str, Measured, Sequence[str]], object] = lambda name, measured, observed: None,
     on_nearest: Callable[[Explanation], object] = lambda nearest: None,
-    on_readings: Callable[[str, Sequence[MeasuredReadings]], object] = lambda name, measured: None,
+    on_readings: "Callable[[str, Sequence[MeasuredReadings]], object]" = lambda name, measured: None,
     display: Display = no_display,
 ) -> FileGrade:
     """Grade the poses of one file, and the readings of a sensor, as far as it has them.
@@ -85,12 +88,15 @@ def grade_file(
                 reading = _like(like, path, scene, reading)
             trajectory = reading.opened(path, scene)
             read_by = None
-            if trajectory.devices:
+            if trajectory.devices or sensor is not None:
+                from tumble.compare.grade.sensor_grade import chosen_sensor, grade_readings
+
                 read_by = chosen_sensor(scene, sensor)
+                if not trajectory.devices:
+                    raise BadTrajectory(
+                        f"{name}: --sensor {sensor}: the file has no readings, ax, ay, az or gx, gy, gz"
+                    )
                 path = rows_of_sensor(path, name, read_by, drafts)
-            elif sensor is not None:
-                chosen_sensor(scene, sensor)
-                raise BadTrajectory(f"{name}: --sensor {sensor}: the file has no readings, ax, ay, az or gx, gy, gz")
             pose = readings = None
             with display(TASKS * (bool(trajectory.descriptions) + (read_by is not None))) as on_progress:
                 if trajectory.descriptions:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
+from tumble.compare.grade.file_grade import FileGrade
 from tumble.compare.grade.grade import Grade
 from tumble.compare.grade.measure.errors import BINS
 from tumble.compare.grade.measure.readings import MOST_ROWS
@@ -32,7 +33,7 @@ from tumble.compare.grade.schemas import (
     ReadingRow,
     SampleRow,
 )
-from tumble.compare.grade.sensor_grade import FileGrade, SensorGrade
+from tumble.compare.grade.sensor_grade import SensorGrade
 from tumble.compare.run.provenance import conditions
 from tumble.compare.tables.frames import frame
 from tumble.compare.tables.runs import vector_columns

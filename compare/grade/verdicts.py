@@ -16,3 +16,4 @@ NOTHING_SEEN = "no contact to grade"
 # Verdicts that only readings of a sensor have.
 NO_MISTAKE_SEEN = "no mistake above its noise"
 FOLLOWS_MOTION = "right for the motion in the file"
+RIGHT = (CORRECT_TO_RESOLUTION, CORRECT_TO_SINGLE, CORRECT_TO_DIGITS, CORRECT_TO_STEP, CORRECT_TO_NOISE)

@@ -13,14 +13,14 @@ import pandas as pd
 from tumble.api.progress import display
 from tumble.api.result import Result, call, text_of
 from tumble.api.scene import Scene, SceneLike
+from tumble.compare.grade.file_grade import FileGrade
 from tumble.compare.grade.grade import SEARCH_S
 from tumble.compare.grade.read.conventions import BODY, WORLD, Conventions
 from tumble.compare.grade.read.programs import PROGRAMS
 from tumble.compare.grade.read.reading_options import ReadingOptions
-from tumble.compare.grade.sensor_grade import FileGrade
 from tumble.compare.grade.study import grade_file
 from tumble.compare.grade.tables import grade_tables
-from tumble.reports.sensor_grade import file_text
+from tumble.reports.file_grade import file_text
 from tumble.scenarios.read import scene_of_document
 from tumble.scenarios.refusal import UserError
 from tumble.scenarios.scene import Scene as Question

@@ -14,9 +14,7 @@ from tumble.compare.grade.read.mapping import mapping_of
 from tumble.compare.grade.read.reading_options import ReadingOptions
 from tumble.compare.grade.study import grade_file
 from tumble.notes import display, note, notes
-from tumble.reports.grade import first_lines, nearest_line
-from tumble.reports.sensor_grade import file_text, first_reading_lines
-from tumble.reports.terminal import console
+from tumble.reports.grade_progress import first_lines, first_reading_lines, nearest_line
 from tumble.scenarios.read import read_scene
 
 # Processor time of this process in which an answer should be there if no other time is asked for [s].
@@ -47,6 +45,9 @@ def main(options: Namespace) -> int:
 
         sys.stdout.write(json.dumps(json_document(found), indent=2) + "\n")
     else:
+        from tumble.reports.file_grade import file_text  # rich, which no script needs: 25 ms
+        from tumble.reports.terminal import console
+
         out = console()
         for piece in file_text(found):
             out.print(piece)

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from markupsafe import Markup
 
+from tumble.reports.lengths import length
 from tumble.reports.numerals import given
-from tumble.reports.terminal import length
 from tumble.scenarios.frames import Array
 
 WIDTH, HEIGHT = 300, 190

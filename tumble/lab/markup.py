@@ -10,8 +10,8 @@ from tumble.lab.foreign import Foreign
 from tumble.lab.looks import Look
 from tumble.lab.pool import Contestant
 from tumble.lab.readings import ErrorRow, Reading
+from tumble.reports.lengths import unit_of
 from tumble.reports.numerals import fixed, given
-from tumble.reports.terminal import unit_of
 from tumble.scenarios.format import visible
 
 STYLE = Markup("font-size:12px;line-height:1.45;font-variant-numeric:tabular-nums;padding:2px 10px 6px")

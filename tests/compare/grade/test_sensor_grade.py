@@ -23,7 +23,7 @@ from sensor_programs import (
 )
 
 from tumble.compare.grade.measure.whiteness import is_white
-from tumble.compare.grade.sensor_grade import RIGHT, SensorGrade
+from tumble.compare.grade.sensor_grade import SensorGrade
 from tumble.compare.grade.study import grade_file
 from tumble.compare.grade.verdicts import (
     CORRECT_TO_DIGITS,
@@ -32,6 +32,7 @@ from tumble.compare.grade.verdicts import (
     EXPLAINED_WHOLLY,
     FOLLOWS_MOTION,
     NO_MISTAKE_SEEN,
+    RIGHT,
 )
 from tumble.reports.sensor_grade import sensor_headline
 from tumble.scenarios.read import read_scene, scene_of
