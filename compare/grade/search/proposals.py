@@ -1,5 +1,6 @@
 """What a search tries next: one more mistake, another one in the place of one, or another scheme."""
 
+import math
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -153,7 +154,7 @@ class Proposals:
             yield self.ordered((*mistakes, one))
             return
         others = tuple(m for m in mistakes if m is not step)
-        for part in sorted(IN_A_TICK, key=lambda part: abs(np.log(one.value / part / step.value)))[:NEXT]:
+        for part in sorted(IN_A_TICK, key=lambda part: abs(math.log(one.value / part / step.value)))[:NEXT]:
             yield self.ordered((*others, Mistake(step.hypothesis, one.value / part), one))
 
     def _damping(self, mistakes: Mistakes) -> Iterator[Hypothesis]:
@@ -285,7 +286,8 @@ class Proposals:
 
     def _moves_events(self, tick: float, other: float) -> bool:
         """Whether impulses happen at other instants if they can at every other tick [s]."""
-        return not np.allclose(next_tick(self._event_times, tick), next_tick(self._event_times, other))
+        near = NEAR * min(tick, other)
+        return any(abs(next_tick(time, tick) - next_tick(time, other)) > near for time in self._event_times.tolist())
 
     def damped_anywhere(self, mistakes: Mistakes, rate: float) -> Iterator[Mistakes]:
         """Yield programs with damping of the rotation at every place in the step, by a rate if they have none."""
@@ -382,11 +384,11 @@ class Proposals:
     def steps_near(self, mistakes: Mistakes, until: float, ideal: float) -> list[float]:
         """Return steps that a program may take near a length [s]: parts of a row interval, or of a tick."""
         interval = self._interval(mistakes)
-        usual = sorted(PARTS, key=lambda part: abs(np.log(interval / part / ideal)))[:NEXT]
+        usual = sorted(PARTS, key=lambda part: abs(math.log(interval / part / ideal)))[:NEXT]
         nearest = max(1, round(interval / ideal))
         # What a limit does depends on the step by leaps.
         close = WIDE if any(m.hypothesis.limits for m in mistakes) else CLOSE
-        others = [h for h in STEPS_S if h < interval and abs(np.log(h / ideal)) < close]
+        others = [h for h in STEPS_S if h < interval and abs(math.log(h / ideal)) < close]
         if self._has_tick(mistakes):
             others = []
         found = dict.fromkeys([*(interval / part for part in (*ALWAYS, *usual, nearest)), *others])
