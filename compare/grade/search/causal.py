@@ -55,6 +55,10 @@ FAR = 1e3
 MUCH = 30.0
 
 
+# What schemes must seem to gain before they are fitted where another change helps: little more than one costs.
+HOPED = 20.0
+
+
 # Share of what a mistake with a value gains that counts, since any value explains a part of almost anything; and of a
 # vague mistake, or one with several values.
 VALUED, VAGUE = 0.85, 0.5
@@ -528,9 +532,10 @@ class CausalSearch(Changes):
         best = {programs[number]: shares[number] for number in best_of_each(owners, ranks)[:count]}
         children = self._children(candidate, best)
         # Most programs that have a scheme keep it: another one is looked for when nothing else helps.
-        if _has_scheme(mistakes) and any(candidate.rank - child.rank >= self._much for child in children):
+        helps = any(candidate.rank - child.rank >= self._much for child in children)
+        if helps and _has_scheme(mistakes):
             return children
-        schemes = dict.fromkeys(self._schemes(mistakes), 1.0)
+        schemes = dict.fromkeys(self._schemes(mistakes, HOPED if helps else 0.0), 1.0)
         return [*children, *self._children(candidate, schemes)]
 
     def _children(self, candidate: Candidate, programs: Mapping[Mistakes, float]) -> list[Candidate]:

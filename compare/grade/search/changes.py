@@ -123,9 +123,9 @@ class Changes(Parts):
                 found.append((hypothesis, list(dict.fromkeys(tried))))
         return found
 
-    def _schemes(self, mistakes: Mistakes) -> list[Mistakes]:
-        """Return the best schemes for mistakes."""
-        tried = self._upon_steps(mistakes)
+    def _schemes(self, mistakes: Mistakes, hoped: float = 0.0) -> list[Mistakes]:
+        """Return the best schemes for mistakes; none if they seem to gain less than is hoped."""
+        tried = self._upon_steps(mistakes, hoped)
         turning = set(self._turning_as_well(mistakes, [program for _, program in tried]))
         tried = [(kind, program) for kind, program in tried if program in turning]
         if not tried:  # no step is short enough, or leaves a right rotation right
@@ -154,10 +154,11 @@ class Changes(Parts):
         order = sorted(range(len(fits)), key=lambda number: fits[number][2] + self._cost(programs[number]))
         return [fits[number][0] for number in order[:SCHEMES]]
 
-    def _upon_steps(self, mistakes: Mistakes) -> list[tuple[SchemeKind, Mistakes]]:
+    def _upon_steps(self, mistakes: Mistakes, hoped: float) -> list[tuple[SchemeKind, Mistakes]]:
         """Return each kind of scheme with steps that may be right, and the program that it makes.
 
-        Errors of steps grow with a power of their length, so one length shows which would fit best.
+        Errors of steps grow with a power of their length, so one length shows which would fit best, and what it would
+        gain: none are returned if that is less than is hoped.
         """
         kinds = list(self._proposals.with_other_schemes(mistakes))
         spin = self._simulations.fastest(mistakes)["spin"]
@@ -169,15 +170,22 @@ class Changes(Parts):
         found = self._simulations.errors(programs)
         distinct = self._distinct(programs, found, self._simulations.errors([mistakes]))
         wanted = [(kinds[number], programs[number]) for number in distinct]
+        gained = 0.0
         for others in dict.fromkeys(kinds[number].others for number in distinct):
             same = [number for number in distinct if kinds[number].others == others]
-            for number, share in zip(same, self._shares(found[same], self._proposals.ordered(others)), strict=True):
+            upon = self._proposals.ordered(others)
+            shares = self._shares(found[same], upon)
+            if hoped:
+                gained = max(gained, self._gain(found[same], upon, shares))
+            for number, share in zip(same, shares, strict=True):
                 if share <= 0:
                     continue
                 # Parts of a scheme have errors of other orders, and a limit has one of order 1 in any method.
                 ideals = [first * share ** (1 / order) for order in {1, kinds[number].order}]
                 nearest = {s for ideal in ideals for s in self._proposals.steps_near(mistakes, self._until, ideal)}
                 wanted += [(kinds[number], self._upon(kinds[number], s)) for s in sorted(nearest) if s != first]
+        if gained < hoped:
+            return []
         # What happens at a tick does so by leaps: no length of a step follows from another one.
         at_ticks = any(m.hypothesis.at_ticks for m in mistakes)
         steps = [step for step in self._context.parts if at_ticks and step != first]
@@ -251,6 +259,19 @@ class Changes(Parts):
         effects = every[1 : len(found) + 1]
         sizes = np.einsum("vn,vn->v", effects, effects)
         return (-(effects @ every[0]) / np.where(sizes > 0, sizes, np.inf)).tolist()
+
+    def _gain(self, found: Array, mistakes: Mistakes, shares: Sequence[float]) -> float:
+        """Return what the best of some schemes gains with its share of its effect, with what values explain left out.
+
+        found: residuals with each scheme, (V, T, K, 3); mistakes: that it is put upon.
+        """
+        errors, slopes = self._simulations.errors([mistakes]), self._all_slopes(mistakes)
+        factors = np.maximum((0.0, *shares), 0.0)[:, None, None, None]
+        with np.errstate(all="ignore"):
+            left = errors + factors * finite(np.concatenate((errors, found)) - errors)
+        left = self._left(left, slopes) if len(slopes) else left
+        scores = self._fit.scored(left)[1]
+        return float(scores[0] - scores.min())
 
 
 def _at_a_tick(mistake: Mistake, step: float) -> Mistake:
