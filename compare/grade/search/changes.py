@@ -95,17 +95,19 @@ class Changes(Parts):
     def _effects(self) -> dict[Hypothesis, Effects]:
         """What mistakes do to a right program in the first part of the run."""
         _, simulations = self._fine_and_coarse(self._horizons()[0])
-        shells, right, found = simulations.shells, simulations.errors([()]), {}
-        for hypothesis, several in self._proposals.with_one_more((), self._run(())) if shells.is_pose else ():
-            if several:
-                with np.errstate(all="ignore"):  # a run that diverged
-                    moved = np.abs(simulations.errors(several) - right)
-                parts = [np.nan_to_num(part, nan=np.inf).max(axis=(2, 3)) for part in shells.parts(moved)]
-                found[hypothesis] = Effects(
-                    np.array([part.max() > UNSEEN for part in parts]),
-                    np.array([(part[:, 0] > SEEN).all() for part in parts]),
-                )
-        return found
+        shells, right = simulations.shells, simulations.errors([()])
+        more = list(self._proposals.with_one_more((), self._run(()))) if shells.is_pose else []
+        tried = {hypothesis: several for hypothesis, several in more if several}
+        if not tried:
+            return {}
+        every = simulations.errors([program for several in tried.values() for program in several])
+        with np.errstate(all="ignore"):  # a run that diverged
+            moved = np.abs(every - right)
+        largest = np.array([(part.max(axis=(1, 2, 3)), part[:, 0].max(axis=(1, 2))) for part in shells.parts(moved)])
+        anywhere, at_once = np.nan_to_num(largest, nan=np.inf).swapaxes(0, 1)
+        begins = np.cumsum([0, *map(len, tried.values())])[:-1]
+        most, least_at_once = np.maximum.reduceat(anywhere, begins, 1), np.minimum.reduceat(at_once, begins, 1)
+        return dict(zip(tried, map(Effects, (most > UNSEEN).T, (least_at_once > SEEN).T), strict=True))
 
     def _solved(
         self, wanted: Sequence[tuple[Mistakes, Hypothesis]], slopes: Array, errors: Array
