@@ -62,6 +62,7 @@ class Evaluator:
         self.rows, self.points, self.is_known = sample, points, is_known
         self.trials = 0
         self._costs: dict[tuple[Hypothesis, bool], float] = {}
+        self._explanations: dict[tuple[Mistakes, float], Explanation] = {}
         events = np.array([impulse.time for impulse in context.program.impulses])
         noise_m = white_noise_m(
             sample.times, sample.vertices, points, events, context.program.rounding, context.kind == "vertices"
@@ -80,6 +81,12 @@ class Evaluator:
         If the program may be of single precision, it is of what makes the residual more likely, that or double.
         unseen_step_s: of a program whose steps have no effect but their rounding [s]; 0 for usual short steps.
         """
+        key = mistakes, unseen_step_s
+        if key not in self._explanations:
+            self._explanations[key] = self._explain(mistakes, unseen_step_s)
+        return self._explanations[key]
+
+    def _explain(self, mistakes: Mistakes, unseen_step_s: float) -> Explanation:
         self.trials += 1
         program = self.program_with(mistakes)
         errors = self._errors(program)
