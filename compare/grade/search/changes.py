@@ -156,7 +156,7 @@ class Changes(Parts):
         order = sorted(range(len(fits)), key=lambda number: fits[number][2] + self._cost(programs[number]))
         return [fits[number][0] for number in order[:SCHEMES]]
 
-    def _upon_steps(self, mistakes: Mistakes, hoped: float) -> list[tuple[SchemeKind, Mistakes]]:
+    def _upon_steps(self, mistakes: Mistakes, hoped: float = 0.0) -> list[tuple[SchemeKind, Mistakes]]:
         """Return each kind of scheme with steps that may be right, and the program that it makes.
 
         Errors of steps grow with a power of their length, so one length shows which would fit best, and what it would

@@ -129,6 +129,11 @@ class Evaluator:
                     return found
         return best
 
+    @property
+    def is_noisy(self) -> bool:
+        """Whether the file has noise that is no rounding."""
+        return self._noise_m > 0.0
+
     @cached_property
     def reached(self) -> dict[str, list[float]]:
         """The velocities [m/s] and spins [rad/s] that the rows reach."""

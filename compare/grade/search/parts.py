@@ -8,7 +8,7 @@ from tumble.compare.grade.hypotheses.explanation import Mistakes
 from tumble.compare.grade.measure.significance import ResidualScale
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.least_squares import Fit, free_values
-from tumble.compare.grade.search.shells import Shells, finite
+from tumble.compare.grade.search.shells import NOISY_ROWS, ROWS, Shells, finite
 from tumble.compare.grade.search.simulations import Simulations
 from tumble.scenarios.frames import Array
 
@@ -31,6 +31,7 @@ class Parts:
         self._context, self._sample, self._points = evaluator.context, evaluator.rows, evaluator.points
         self._scale, self._cost = scale, evaluator.cost
         self._reached, self._rests_from = evaluator.reached, evaluator.rests_from
+        self._rows = NOISY_ROWS if evaluator.is_noisy else ROWS
         self._events = np.array([impulse.time for impulse in self._context.program.impulses])
         self._made: dict[float, Simulations] = {}
         self._coarse: dict[float, Simulations] = {}
@@ -83,7 +84,7 @@ class Parts:
     def _simulations_until(self, until: float) -> tuple[Simulations, Simulations]:
         """Return fine and coarse simulations until a time [s]."""
         are_written = self._context.kind == "vertices"
-        shells = Shells(self._sample, self._scale, self._points, until, self._events, are_written)
+        shells = Shells(self._sample, self._scale, self._points, until, self._events, are_written, self._rows)
         floor_m = np.sqrt(3.0) * float(np.median(self._scale.floors_m.min(axis=1)))  # of the axis with most digits
         small = OF_FLOOR * floor_m / (ERROR * self._scale.size_m)
         fineness = float(np.clip(UNIT * small**0.25, FINEST, COARSEST))

@@ -22,8 +22,10 @@ from tumble.compare.grade.search.kernels import (
 )
 from tumble.scenarios.frames import Array, rotation_matrix
 
-# First rows that are all looked at, rows after an impulse, and all rows.
-FIRST, AFTER_AN_IMPULSE, ROWS = 10, 2, 56
+# First rows that are all looked at, and rows after an impulse.
+FIRST, AFTER_AN_IMPULSE = 10, 2
+# All rows; noise is the less of a hindrance the more there are.
+ROWS, NOISY_ROWS = 40, 56
 # Rows in the first shells; each shell after them has twice as many rows as the one before, and the last has the rest.
 SHELLS = (1, 3, 6)
 # The residual of one shell may be this many times as large as that of all.
@@ -59,13 +61,14 @@ class Shells:
         until: float,
         events: Array,
         are_written: bool = False,
+        rows: int = ROWS,
     ) -> None:
         """Choose the rows.
 
         points: vertices in the file [m], axes of the body, (K, 3); until: [s]; events: times of impulses [s];
-        are_written: the file has vertices, rounded each, and no pose.
+        are_written: the file has vertices, rounded each, and no pose; rows: their number, without those of events.
         """
-        kept = _chosen(sample.times, until, events)
+        kept = _chosen(sample.times, until, events, rows)
         self.times, vertices = sample.times[kept], sample.vertices[kept]
         self.floors_m = scale.floors_m[kept]
         self._trust = 1.0 / self.floors_m[:, None, :]
@@ -215,12 +218,12 @@ def finite(numbers: Array) -> Array:
     return np.where(np.isfinite(numbers), numbers, 0.0)
 
 
-def _chosen(times: Array, until: float, events: Array) -> np.ndarray:
+def _chosen(times: Array, until: float, events: Array, rows: int) -> np.ndarray:
     """Return the numbers of the rows: all of the first ones, some after each event, and of the rest some."""
     count = int(np.searchsorted(times, until * (1 + 1e-9), side="right"))
     first = np.arange(min(FIRST, count))
     after = np.searchsorted(times, events[(events > 0) & (events < until)])[:, None] + np.arange(AFTER_AN_IMPULSE)
-    rest = golden_subsample(count, ROWS - len(first))
+    rest = golden_subsample(count, rows - len(first))
     chosen = np.unique(np.concatenate((first, after.ravel(), rest, [count - 1])))
     return chosen[(chosen >= 0) & (chosen < count)]
 

@@ -86,7 +86,7 @@ def test_mistakes_that_did_the_same_take_the_place_of_each_other():
 
 def test_a_body_that_turns_too_fast_for_any_step_has_no_scheme():
     search = CausalSearch.__new__(CausalSearch)
-    search._upon_steps = lambda mistakes: []
+    search._upon_steps = lambda mistakes, hoped: []
     assert search._schemes(()) == []
 
 
