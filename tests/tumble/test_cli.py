@@ -234,6 +234,13 @@ def test_help_imports_nothing_heavy(tumble, tmp_path):
     assert done.stdout.splitlines()[-1] == "[]"
 
 
+def test_a_grade_for_a_script_loads_no_tables_and_nothing_of_sensors():
+    code = "import sys, tumble.commands.grade\n"
+    code += "print([each for each in sys.modules if each == 'rich' or 'sensor_' in each or '.tables' in each])"
+    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=PATIENCE_S)
+    assert done.stdout == "['tumble.compare.grade.read.sensor_rows']\n", done.stderr
+
+
 @pytest.mark.parametrize(
     ("closed", "code", "said"), [(">&-", 2, "Bad file descriptor"), ("<&-", 0, ""), ("2>&-", 0, "")]
 )

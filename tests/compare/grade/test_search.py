@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import numba
 import numpy as np
+import pandas as pd
 import pytest
 from explained import evaluator_of, explained
 from explanations import explanation, hypothesis, mistakes_of
@@ -24,12 +25,12 @@ from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.model.program_model import FINE, correct_program, output_points
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.grade.search import diagnosis
-from tumble.compare.grade.search.causal import Candidate, CausalSearch
+from tumble.compare.grade.search.causal import HOPED, Candidate, CausalSearch
 from tumble.compare.grade.search.changes import Effects
 from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.closing import HIDDEN, Closing, is_rounded
 from tumble.compare.grade.search.diagnosis import Diagnosis
-from tumble.compare.grade.search.shells import Shells
+from tumble.compare.grade.search.shells import NOISY_ROWS, ROWS, Shells
 from tumble.compare.grade.verdicts import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, TOO_LITTLE
 from tumble.scenarios.read import read_scene, scene_path
 
@@ -88,6 +89,54 @@ def test_a_body_that_turns_too_fast_for_any_step_has_no_scheme():
     search = CausalSearch.__new__(CausalSearch)
     search._upon_steps = lambda mistakes, hoped: []
     assert search._schemes(()) == []
+
+
+@pytest.mark.parametrize(
+    ("mistakes", "gained", "are_tried"), [("s", 900.0, False), ("s", 1.0, True), ("a", 900.0, True)]
+)
+def test_a_program_with_a_scheme_keeps_it_while_a_change_helps(mistakes, gained, are_tried):
+    own = mistakes_of(mistakes) if mistakes == "a" else (Mistake(replace(hypothesis("s"), part="steps")),)
+    begun = Candidate(own, 1000.0, 1000.0, False, 1000.0)
+    after = Candidate((*own, *mistakes_of("b")), 0.0, 1000.0 - gained, False, 1000.0 - gained)
+    search, hopes = CausalSearch.__new__(CausalSearch), []
+    search._until, search._context = 1.0, SimpleNamespace(duration=3.0)
+    search._run = search._slopes = lambda mistakes: None
+    search._one_more = lambda mistakes, every_value: []
+    search._proposals = SimpleNamespace(with_others=lambda mistakes, run: [])
+    search._screened = lambda mistakes, programs, slopes: np.empty(0)
+    search._schemes = lambda mistakes, hoped: hopes.append(hoped) or []
+    children = iter([[after], []])
+    search._children = lambda candidate, programs: next(children)
+    assert search._expanded(begun) == [after]
+    assert hopes == ([HOPED if gained > HOPED else 0.0] if are_tried else [])
+
+
+@pytest.mark.parametrize(("program", "are_hoped_for"), [({"spin": 1.3}, False), (GAME, True)])
+def test_schemes_that_seem_to_gain_nothing_are_not_fitted(tmp_path, program, are_hoped_for):
+    """One step of each shows it: of a program with another start spin none gains, of one in steps some do."""
+    evaluator, _ = evaluator_of(written(tmp_path, "brick-tumble", **program), read_scene("brick-tumble"))
+    search = CausalSearch(evaluator)
+    search._begin(search._horizons()[0])
+    assert search._schemes(())
+    assert bool(search._schemes((), HOPED)) == are_hoped_for
+
+
+def test_an_explanation_is_evaluated_once(tmp_path):
+    evaluator, every = evaluator_of(written(tmp_path, "brick-tumble", **GAME), read_scene("brick-tumble"))
+    mistakes = (Mistake(next(h for h in every if h.name == "gravity-missing")),)
+    assert evaluator.explain(mistakes) is evaluator.explain(tuple(mistakes))
+    assert evaluator.explain(mistakes) is not evaluator.explain(mistakes, 0.01)
+    assert evaluator.trials == 2
+
+
+@pytest.mark.parametrize(("noise_m", "rows"), [(0.0, ROWS), (1e-3, NOISY_ROWS)])
+def test_a_search_looks_at_more_rows_where_there_is_noise(tmp_path, noise_m, rows):
+    scene = read_scene("brick-tumble")
+    table = pd.read_csv(written(tmp_path, "brick-tumble", dt=0.01, every=1, until=3.0))
+    table[["x_m", "y_m", "z_m"]] += noise_m * np.random.default_rng(3).standard_normal((len(table), 3))
+    table.to_csv(tmp_path / "noisy.csv", index=False)
+    evaluator, _ = evaluator_of(tmp_path / "noisy.csv", scene)
+    assert len(CausalSearch(evaluator)._simulations.shells) == pytest.approx(rows, abs=2)
 
 
 @pytest.mark.parametrize("size", [1.0, 1e5])
