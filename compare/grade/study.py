@@ -89,7 +89,7 @@ def grade_file(
             trajectory = reading.opened(path, scene)
             read_by = None
             if trajectory.devices or sensor is not None:
-                from tumble.compare.grade.sensor_grade import chosen_sensor, grade_readings
+                from tumble.compare.grade.sensor_grade import chosen_sensor
 
                 read_by = chosen_sensor(scene, sensor)
                 if not trajectory.devices:
@@ -114,6 +114,8 @@ def grade_file(
                         answer_s=answer_s,
                     )
                 if read_by is not None:
+                    from tumble.compare.grade.sensor_grade import grade_readings
+
                     readings = grade_readings(
                         reading.opened(path, scene),
                         scene,

@@ -16,4 +16,5 @@ NOTHING_SEEN = "no contact to grade"
 # Verdicts that only readings of a sensor have.
 NO_MISTAKE_SEEN = "no mistake above its noise"
 FOLLOWS_MOTION = "right for the motion in the file"
+# The verdicts of what is right, as far as a file shows.
 RIGHT = (CORRECT_TO_RESOLUTION, CORRECT_TO_SINGLE, CORRECT_TO_DIGITS, CORRECT_TO_STEP, CORRECT_TO_NOISE)

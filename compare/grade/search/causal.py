@@ -53,8 +53,6 @@ PROFILED = 0.75
 FAR = 1e3
 # What one more mistake must gain before all of the run is looked at.
 MUCH = 30.0
-
-
 # What schemes must seem to gain before they are fitted where another change helps: little more than one costs.
 HOPED = 20.0
 

@@ -384,11 +384,12 @@ class Proposals:
     def steps_near(self, mistakes: Mistakes, until: float, ideal: float) -> list[float]:
         """Return steps that a program may take near a length [s]: parts of a row interval, or of a tick."""
         interval = self._interval(mistakes)
-        usual = sorted(PARTS, key=lambda part: abs(math.log(interval / part / ideal)))[:NEXT]
+        log_ideal = math.log(ideal)
+        usual = sorted(PARTS, key=lambda part: abs(math.log(interval / part) - log_ideal))[:NEXT]
         nearest = max(1, round(interval / ideal))
         # What a limit does depends on the step by leaps.
         close = WIDE if any(m.hypothesis.limits for m in mistakes) else CLOSE
-        others = [h for h in STEPS_S if h < interval and abs(math.log(h / ideal)) < close]
+        others = [h for h in STEPS_S if h < interval and abs(math.log(h) - log_ideal) < close]
         if self._has_tick(mistakes):
             others = []
         found = dict.fromkeys([*(interval / part for part in (*ALWAYS, *usual, nearest)), *others])
