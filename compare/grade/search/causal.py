@@ -529,9 +529,10 @@ class CausalSearch(Changes):
         ranks = candidate.rank - counted * (candidate.score - self._screened(mistakes, programs, slopes))
         best = {programs[number]: shares[number] for number in best_of_each(owners, ranks)[:count]}
         children = self._children(candidate, best)
-        # Most programs that have a scheme keep it: another one is looked for when nothing else helps.
+        # Most programs that have a scheme keep it: another one is looked for when nothing else helps; or when single
+        # precision would explain what is left, of which most is a detail of a scheme.
         helps = any(candidate.rank - child.rank >= self._much for child in children)
-        if helps and _has_scheme(mistakes):
+        if helps and _has_scheme(mistakes) and not self._is_double:
             return children
         schemes = dict.fromkeys(self._schemes(mistakes, HOPED if helps else 0.0), 1.0)
         return [*children, *self._children(candidate, schemes)]
