@@ -79,8 +79,13 @@ def headline(grade: Grade) -> str:
 
     Returns
     -------
-    one line of text
+    one line of text; with a second sentence if later rows are not graded
     """
+    return " ".join(filter(None, (answer(grade), grade.measured.ends)))
+
+
+def answer(grade: Grade) -> str:
+    """Return `headline` without what it says of later rows."""
     if grade.contact is not None:
         from tumble.reports.contact_grade import contact_headline  # with all that contact needs, 40 ms
 

@@ -220,7 +220,7 @@ def _of_poses(grade: Grade) -> dict[str, object]:
         "print_precision_m": m.half_m,
         "engines": list(grade.diagnosis.engines) if grade.diagnosis else [],
         "confidence": grade.confidence,
-        "seen": list(grade.observations),
+        "seen": [*filter(None, (m.ends,)), *grade.observations],
         "search_stopped": grade.diagnosis is not None and grade.diagnosis.stopped_s > 0,
         "diagnosis": [asdict(row) for row in diagnosis_rows(grade)],
     }

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tumble.compare.grade.measure.conserved import Conserved
-from tumble.compare.grade.model.reference import Reference
+from tumble.compare.grade.model.reference import Reference, ReferenceEnds
 from tumble.compare.grade.read.block import Block, vertices_of
 from tumble.compare.grade.read.columns import CENTRE, MATRIX, QUATERNION, SPIN, BadTrajectory, Description
 from tumble.compare.grade.read.digits import Digits
@@ -129,6 +129,7 @@ class Measured:
     by_differences : whether the drifts come from differences of poses
     throw : throw that the sample is of, the one with the largest error
     sample : sampled rows of this throw
+    ends : why later rows are not graded, a sentence; empty: all are
     """
 
     description: Description
@@ -156,6 +157,7 @@ class Measured:
     by_differences: bool
     throw: int
     sample: SampledRows
+    ends: str = ""
 
 
 @dataclass(eq=False)
@@ -176,7 +178,7 @@ class _Sums:
 
 
 def measure(trajectory: Trajectory, scene: Scene, on_progress: ProgressCallback = no_progress) -> Measured:
-    """Measure the error of every row.
+    """Measure the error of every row, up to where the reference is known.
 
     Parameters
     ----------
@@ -190,10 +192,23 @@ def measure(trajectory: Trajectory, scene: Scene, on_progress: ProgressCallback 
     Raises
     ------
     BadTrajectory : a row cannot be read
-    NoTruth : the scene has no reference solution over the file's duration
+    NoTruth : the scene has no reference solution at more than the first row
     """
-    description, reference = trajectory.descriptions[0], Reference(scene)
+    reference, ends = Reference(scene), ""
     _choose_clock(trajectory, reference, scene)
+    while True:
+        try:
+            return replace(_measured(trajectory, scene, reference, on_progress), ends=ends)
+        except ReferenceEnds as end:
+            if not 0.0 < end.until < reference.horizon(end.throw):
+                raise
+            reference.end(end.throw, end.until)
+            ends = f"Rows after t = {end.until:.6g} s are not graded, for there the reference ends: {end.why}."
+
+
+def _measured(trajectory: Trajectory, scene: Scene, reference: Reference, on_progress: ProgressCallback) -> Measured:
+    """Return the errors of rows up to where the reference is known.  Raises BadTrajectory, ReferenceEnds, NoTruth."""
+    description = trajectory.descriptions[0]
     reading, working = Progress("rows", on_progress), Progress(f"{scene.name} truth", on_progress)
     sums, conserved, single = _Sums(), Conserved(scene, description), _is_single(trajectory)
     slack = SINGLES_ALIKE if single else ALIKE
@@ -218,7 +233,7 @@ def measure(trajectory: Trajectory, scene: Scene, on_progress: ProgressCallback 
         raise NoTruth(f"{trajectory.name}: the reference solution of {scene.name} ends before the first row")
     worst_m, worst_t_s, worst_throw, worst_vertex = sums.worst
     if worst_throw not in subsamplers:
-        subsamplers = {worst_throw: _resampled(trajectory, scene, worst_throw)}
+        subsamplers = {worst_throw: _resampled(trajectory, scene, reference, worst_throw)}
     diagnosed, sample = worst_throw, subsamplers[worst_throw].sample
     assert sample is not None
     resolution = reference.resolution(diagnosed, sample.times, working)
@@ -295,9 +310,9 @@ def _sampled(rows: Block, description: Description, scene: Scene, true: Array, h
     return SampledRows(rows.times, vertices_of(rows, description, scene), true, half, spins)
 
 
-def _resampled(trajectory: Trajectory, scene: Scene, throw: int) -> Subsampler:
+def _resampled(trajectory: Trajectory, scene: Scene, reference: Reference, throw: int) -> Subsampler:
     """Return a subsample of one throw's rows, reading the file a second time."""
-    subsamplers, reference, description = Subsampler(), Reference(scene), trajectory.descriptions[0]
+    subsamplers, description = Subsampler(), trajectory.descriptions[0]
     for block in trajectory.blocks():
         rows = _known(block.throw(throw), reference, throw)
         if len(rows.times):

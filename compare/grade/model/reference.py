@@ -26,6 +26,14 @@ CERTIFIED = 12
 LOOKED = 64
 
 
+class ReferenceEnds(NoTruth):
+    """The reference of a throw is known until a time only; until: [s]."""
+
+    def __init__(self, throw: int, until: float, why: str) -> None:
+        super().__init__(f"the reference solution is known until {until:.6g} s: {why}")
+        self.throw, self.until, self.why = throw, until, why
+
+
 class Reference:
     """The reference motion of every throw of a scene."""
 
@@ -36,10 +44,16 @@ class Reference:
         self._body = Body(scene.body.mass, (a, b, c))
         self._segments: tuple[int, list[tuple[float, Array]]] = (-1, [])
         self._records: dict[int, ContactRecord] = {}
+        self._ends: dict[int, float] = {}
 
     def horizon(self, throw: int) -> float:
         """Return until when the reference is known [s]: above a plane, the truth may end.  Raises NoTruth."""
-        return np.inf if self._scene.plane is None else self._record(throw).ended_s
+        ends = self._ends.get(throw, np.inf)
+        return ends if self._scene.plane is None else min(ends, self._record(throw).ended_s)
+
+    def end(self, throw: int, until: float) -> None:
+        """Let the reference of a throw end at a time [s]."""
+        self._ends[throw] = until
 
     def first_contact(self, throw: int) -> float:
         """Return when a throw first touches the plane [s].  Raises NoTruth."""
@@ -114,7 +128,7 @@ class Reference:
         """Return the resolution of the reference up to times [m], (T,): the truth's, and the kernel's distance from it.
 
         times: increasing [s]; the truth is computed at a dozen of them, and the resolution up to another one is that up
-        to the next of these; on_progress: called with the share that is done.  Raises NoTruth.
+        to the next of these; on_progress: called with the share that is done.  Raises ReferenceEnds, NoTruth.
         """
         some = np.unique(np.linspace(0, len(times) - 1, CERTIFIED).round().astype(int))
         asked = frozen_array(times[some])
@@ -122,7 +136,7 @@ class Reference:
         start = frozen_array(self._scene.start[throw : throw + 1])
         true = truth(replace(self._scene, times=asked, duration=duration, start=start), on_share=on_progress)
         if not np.isfinite(true.vertices).all():
-            raise NoTruth(f"the reference solution is known until {true.horizon:.6g} s: {true.why}")
+            raise ReferenceEnds(throw, true.horizon, true.why)
         apart = self.vertices(throw, asked) - true.vertices[-len(asked) :, 0]
         own = true.resolution[-len(asked) :, 0] + np.linalg.norm(apart, axis=-1).max(axis=-1)
         return np.maximum.accumulate(own)[np.searchsorted(asked, times)]

@@ -1,13 +1,19 @@
-"""The reference motion of a grade: how far it is from the truth, row by row."""
+"""The reference motion of a grade: how far it is from the truth, row by row, and where it ends."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from pose_files import write_poses
 
+from tumble.compare.grade.file_grade import FileGrade
+from tumble.compare.grade.grade import grade
 from tumble.compare.grade.model.reference import Reference
+from tumble.compare.grade.results import json_document
+from tumble.compare.grade.verdicts import RIGHT, UNEXPLAINED
+from tumble.reports.grade import headline
 from tumble.scenarios.read import read_scene
-from tumble.scenarios.truth import truth
+from tumble.scenarios.truth import NoTruth, truth
 
 # A light body, struck and pulled by a tether: what it is off by grows fast.
 SENSITIVE = """
@@ -54,3 +60,67 @@ def test_the_reference_is_within_its_resolution_at_every_row_and_early_ones_are_
     true = truth(replace(scene, times=times[some]), with_input_error=False).vertices[-len(some) :, 0]
     off = np.linalg.norm(reference.vertices(0, times[some]) - true, axis=-1).max(axis=-1)
     assert (off <= allowed[some]).all()
+
+
+# Too sensitive for a truth up to its end: after 0.8 s the last bit of its numbers decides.
+CHAOTIC = """
+title = "Struck on a tether"
+duration = 2.0
+samples = 20
+step = 0.001
+gravity = [0.0, -3.71, 0.0]
+
+[body]
+shape = "box"
+size = [0.0234, 0.00649, 0.0144]
+mass = 5.32
+position = [-0.957, -1.77, -0.505]
+orientation = [-0.94, 0.23, -0.03, -0.26]
+velocity = [-0.6, 0.536, 3.23]
+angular_velocity = [1.12, -0.0111, 0.00283]
+
+[[impulse]]
+time = 0.3
+value = [-0.0772, 0.0397, 0.0346]
+vertex = 7
+
+[[tether]]
+vertex = 0
+anchor = [-1.35, -0.835, -0.333]
+stiffness = 400.0
+damping = 0.0
+rest_length = 0.0
+"""
+
+
+@pytest.fixture(scope="module")
+def chaotic(tmp_path_factory):
+    path = tmp_path_factory.mktemp("chaotic") / "chaotic.toml"
+    path.write_text(CHAOTIC)
+    return read_scene(str(path))
+
+
+@pytest.mark.parametrize(("off_m", "verdicts"), [(0.0, RIGHT), (0.3, (UNEXPLAINED,))])
+def test_rows_after_the_end_of_the_reference_are_not_graded(tmp_path, chaotic, off_m, verdicts):
+    """Up to there the file is right or wrong; what is after it may be anything."""
+    times = np.linspace(0.0, 2.0, 101)
+    poses = Reference(chaotic).states(0, times)[:, 0:7]
+    poses[times > 1.9, 0] = 100.0
+    poses[1:, 0] += off_m * np.sign(np.random.default_rng(1).standard_normal(100))
+    found = grade(write_poses(tmp_path / "struck.csv", times, poses), chaotic, {}, search_s=0.2)
+    ends = found.measured.sample.times[-1]
+    assert 0.3 < ends < 1.3
+    assert found.measured.rows == np.searchsorted(times, ends) + 1
+    assert found.verdict in verdicts
+    assert found.measured.worst_m == pytest.approx(off_m, abs=1e-6)
+    assert f". Rows after t = {ends:.6g} s are not graded" in headline(found)
+    seen = json_document(FileGrade(found, None))["seen"][0]
+    assert "the last bit of a number of the scene" in seen
+    assert headline(found).endswith(seen)
+
+
+def test_a_reference_that_ends_at_the_first_row_grades_nothing(tmp_path, chaotic):
+    times = np.array([0.0, 1.95, 2.0])
+    poses = Reference(chaotic).states(0, times)[:, 0:7]
+    with pytest.raises(NoTruth, match=r"there is no truth at the first sample|known until 0 s"):
+        grade(write_poses(tmp_path / "late.csv", times, poses), chaotic, {})
