@@ -10,6 +10,7 @@ from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
+from tumble.compare.run.contestant import Contestant
 from tumble.reports.output import drop_output
 from tumble.scenarios.format import visible
 from tumble.scenarios.frames import Array
@@ -72,8 +73,6 @@ def columns(*heads: str, right: Sequence[int] = ()) -> Table:
 
 def reasons_text(reasons: Iterable[tuple[str, str]]) -> Iterator[Constrain]:
     """Yield every reason once, after its contestants; reasons: contestant and reason."""
-    from tumble.compare.run.contestant import Contestant  # most lists are of something else
-
     names: dict[str, dict[str, None]] = {}
     for contestant, reason in reasons:
         method = str(Contestant.of_name(contestant).method)

@@ -294,7 +294,7 @@ def _unevenness(trajectory: Trajectory, reference: Reference, scene: Scene) -> f
 
 
 def _known(rows: Block, reference: Reference, throw: int) -> Block:
-    """Return the rows up to where the reference ends, as above a plane it may."""
+    """Return the rows up to where the reference ends."""
     known = rows.times <= reference.horizon(throw)
     return rows if known.all() else rows.some(known)
 

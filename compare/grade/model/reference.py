@@ -47,12 +47,12 @@ class Reference:
         self._ends: dict[int, float] = {}
 
     def horizon(self, throw: int) -> float:
-        """Return until when the reference is known [s]: above a plane, the truth may end.  Raises NoTruth."""
+        """Return until when the reference is known [s], as far as that has been asked for.  Raises NoTruth."""
         ends = self._ends.get(throw, np.inf)
         return ends if self._scene.plane is None else min(ends, self._record(throw).ended_s)
 
     def end(self, throw: int, until: float) -> None:
-        """Let the reference of a throw end at a time [s]."""
+        """Let the reference of a throw end at a time [s], as its `resolution` has shown it to."""
         self._ends[throw] = until
 
     def first_contact(self, throw: int) -> float:

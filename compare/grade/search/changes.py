@@ -172,22 +172,25 @@ class Changes(Parts):
         found = self._simulations.errors(programs)
         distinct = self._distinct(programs, found, self._simulations.errors([mistakes]))
         wanted = [(kinds[number], programs[number]) for number in distinct]
+        shares: dict[int, float] = {}
         gained = 0.0
         for others in dict.fromkeys(kinds[number].others for number in distinct):
             same = [number for number in distinct if kinds[number].others == others]
             upon = self._proposals.ordered(others)
-            shares = self._shares(found[same], upon)
+            errors, slopes = self._simulations.errors([upon]), self._all_slopes(upon)
+            own = self._shares(found[same], errors, slopes)
+            shares.update(zip(same, own, strict=True))
             if hoped:
-                gained = max(gained, self._gain(found[same], upon, shares))
-            for number, share in zip(same, shares, strict=True):
-                if share <= 0:
-                    continue
-                # Parts of a scheme have errors of other orders, and a limit has one of order 1 in any method.
-                ideals = [first * share ** (1 / order) for order in {1, kinds[number].order}]
-                nearest = {s for ideal in ideals for s in self._proposals.steps_near(mistakes, self._until, ideal)}
-                wanted += [(kinds[number], self._upon(kinds[number], s)) for s in sorted(nearest) if s != first]
+                gained = max(gained, self._gain(found[same], errors, slopes, own))
         if gained < hoped:
             return []
+        for number, share in shares.items():
+            if share <= 0:
+                continue
+            # Parts of a scheme have errors of other orders, and a limit has one of order 1 in any method.
+            ideals = [first * share ** (1 / order) for order in {1, kinds[number].order}]
+            nearest = {s for ideal in ideals for s in self._proposals.steps_near(mistakes, self._until, ideal)}
+            wanted += [(kinds[number], self._upon(kinds[number], s)) for s in sorted(nearest) if s != first]
         # What happens at a tick does so by leaps: no length of a step follows from another one.
         at_ticks = any(m.hypothesis.at_ticks for m in mistakes)
         steps = [step for step in self._context.parts if at_ticks and step != first]
@@ -241,13 +244,13 @@ class Changes(Parts):
         wanted = [(self._proposals.ordered((*mistakes, Mistake(one, 0.0))), one) for one in usual]
         return np.concatenate((self._slopes(mistakes), *self._fit.directions_of(wanted, errors)))
 
-    def _shares(self, found: Array, mistakes: Mistakes) -> list[float]:
+    def _shares(self, found: Array, errors: Array, slopes: Array) -> list[float]:
         """Return the factors on the effects of schemes that make errors least, with what values explain left out.
 
-        found: residuals with each scheme, (V, T, K, 3); mistakes: that it is put upon.
+        found: residuals with each scheme, (V, T, K, 3); errors: those without one, (1, T, K, 3); slopes: derivatives of
+        these by values, (P, T, K, 3).
         """
         shells = self._simulations.shells
-        errors, slopes = self._simulations.errors([mistakes]), self._all_slopes(mistakes)
         with np.errstate(all="ignore"):
             every = finite(np.concatenate((errors, found - errors, slopes)))
             every = np.clip(every, -HUGE, HUGE)
@@ -262,12 +265,11 @@ class Changes(Parts):
         sizes = np.einsum("vn,vn->v", effects, effects)
         return (-(effects @ every[0]) / np.where(sizes > 0, sizes, np.inf)).tolist()
 
-    def _gain(self, found: Array, mistakes: Mistakes, shares: Sequence[float]) -> float:
+    def _gain(self, found: Array, errors: Array, slopes: Array, shares: Sequence[float]) -> float:
         """Return what the best of some schemes gains with its share of its effect, with what values explain left out.
 
-        found: residuals with each scheme, (V, T, K, 3); mistakes: that it is put upon.
+        found, errors, slopes: as in `_shares`.
         """
-        errors, slopes = self._simulations.errors([mistakes]), self._all_slopes(mistakes)
         factors = np.maximum((0.0, *shares), 0.0)[:, None, None, None]
         with np.errstate(all="ignore"):
             left = errors + factors * finite(np.concatenate((errors, found)) - errors)

@@ -70,7 +70,7 @@ class Evaluator:
         # Rounding is noise too, of a floor at most.
         self._noise_m = noise_m if noise_m > NOISY * self.scale.floor_m else 0.0
         # What noise was added to is no number of single precision, though the program may be of that.
-        self.single = single or self._noise_m > 0.0
+        self.single = single or self.is_noisy
         self.double_scale = self.scale.with_noise(self._noise_m)
         usual = stepwise(context.program, context.spacing_s / USUAL_STEPS)
         self.search_scale = self._with_single(usual).with_noise(self._noise_m)
@@ -217,7 +217,7 @@ class Evaluator:
             return True
         is_moved = np.square(scale.floors_m).mean(axis=1) > self._noise_m**2
         count, both = int(is_moved.argmax()), scale.with_noise(self._noise_m)
-        if not self._noise_m or count <= FEWEST_PAIRS:
+        if not self.is_noisy or count <= FEWEST_PAIRS:
             return False
         moved = both.weighted(errors)[count:]
         return both.is_within_floor(root_mean_square(moved)) and self._is_white(program, errors[:count], scale)
@@ -227,7 +227,7 @@ class Evaluator:
         rms_m = root_mean_square(errors)
         # The autocorrelation needs a simulation.
         return (
-            (not self._noise_m or rms_m <= MOST_NOISE * self._noise_m)
+            (not self.is_noisy or rms_m <= MOST_NOISE * self._noise_m)
             and scale.is_noise(rms_m, _largest(errors), self._autocorrelation(program, errors), len(errors) - 1)
             and is_even(errors)
             and not spares_rows(errors, scale.floors_m[: len(errors)])

@@ -1,6 +1,7 @@
 """The reference motion of a grade: how far it is from the truth, row by row, and where it ends."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.results import json_document
 from tumble.compare.grade.verdicts import RIGHT, UNEXPLAINED
 from tumble.reports.grade import headline
-from tumble.scenarios.read import read_scene
+from tumble.scenarios.read import scene_of
 from tumble.scenarios.truth import NoTruth, truth
 
 # A light body, struck and pulled by a tether: what it is off by grows fast.
@@ -43,14 +44,12 @@ rest_length = 0.67
 """
 
 
-@pytest.fixture(scope="module")
-def scene(tmp_path_factory):
-    path = tmp_path_factory.mktemp("sensitive") / "sensitive.toml"
-    path.write_text(SENSITIVE)
-    return read_scene(str(path))
+def scene_named(name, text):
+    return scene_of(text, Path(f"{name}.toml"), name)
 
 
-def test_the_reference_is_within_its_resolution_at_every_row_and_early_ones_are_precise(scene):
+def test_the_reference_is_within_its_resolution_at_every_row_and_early_ones_are_precise():
+    scene = scene_named("sensitive", SENSITIVE)
     times = np.linspace(0.0, 0.6, 61)
     reference = Reference(scene)
     allowed = reference.resolution(0, times)
@@ -93,16 +92,10 @@ rest_length = 0.0
 """
 
 
-@pytest.fixture(scope="module")
-def chaotic(tmp_path_factory):
-    path = tmp_path_factory.mktemp("chaotic") / "chaotic.toml"
-    path.write_text(CHAOTIC)
-    return read_scene(str(path))
-
-
 @pytest.mark.parametrize(("off_m", "verdicts"), [(0.0, RIGHT), (0.3, (UNEXPLAINED,))])
-def test_rows_after_the_end_of_the_reference_are_not_graded(tmp_path, chaotic, off_m, verdicts):
+def test_rows_after_the_end_of_the_reference_are_not_graded(tmp_path, off_m, verdicts):
     """Up to there the file is right or wrong; what is after it may be anything."""
+    chaotic = scene_named("chaotic", CHAOTIC)
     times = np.linspace(0.0, 2.0, 101)
     poses = Reference(chaotic).states(0, times)[:, 0:7]
     poses[times > 1.9, 0] = 100.0
@@ -119,7 +112,8 @@ def test_rows_after_the_end_of_the_reference_are_not_graded(tmp_path, chaotic, o
     assert headline(found).endswith(seen)
 
 
-def test_a_reference_that_ends_at_the_first_row_grades_nothing(tmp_path, chaotic):
+def test_a_reference_that_ends_at_the_first_row_grades_nothing(tmp_path):
+    chaotic = scene_named("chaotic", CHAOTIC)
     times = np.array([0.0, 1.95, 2.0])
     poses = Reference(chaotic).states(0, times)[:, 0:7]
     with pytest.raises(NoTruth, match=r"there is no truth at the first sample|known until 0 s"):
