@@ -196,9 +196,10 @@ def measure(trajectory: Trajectory, scene: Scene, on_progress: ProgressCallback 
     """
     reference, ends = Reference(scene), ""
     _choose_clock(trajectory, reference, scene)
+    reading, working = Progress("rows", on_progress), Progress(f"{scene.name} truth", on_progress)
     while True:
         try:
-            return replace(_measured(trajectory, scene, reference, on_progress), ends=ends)
+            return replace(_measured(trajectory, scene, reference, reading, working), ends=ends)
         except ReferenceEnds as end:
             if not 0.0 < end.until < reference.horizon(end.throw):
                 raise
@@ -206,10 +207,14 @@ def measure(trajectory: Trajectory, scene: Scene, on_progress: ProgressCallback 
             ends = f"Rows after t = {end.until:.6g} s are not graded, for there the reference ends: {end.why}."
 
 
-def _measured(trajectory: Trajectory, scene: Scene, reference: Reference, on_progress: ProgressCallback) -> Measured:
-    """Return the errors of rows up to where the reference is known.  Raises BadTrajectory, ReferenceEnds, NoTruth."""
+def _measured(
+    trajectory: Trajectory, scene: Scene, reference: Reference, reading: Progress, working: Progress
+) -> Measured:
+    """Return the errors of rows up to where the reference is known.  Raises BadTrajectory, ReferenceEnds, NoTruth.
+
+    reading, working: progress of the rows and of the truth, which may have been told before.
+    """
     description = trajectory.descriptions[0]
-    reading, working = Progress("rows", on_progress), Progress(f"{scene.name} truth", on_progress)
     sums, conserved, single = _Sums(), Conserved(scene, description), _is_single(trajectory)
     slack = SINGLES_ALIKE if single else ALIKE
     subsamplers: dict[int, Subsampler] = {}

@@ -8,7 +8,7 @@ import pytest
 from pose_files import write_poses
 
 from tumble.compare.grade.file_grade import FileGrade
-from tumble.compare.grade.grade import grade
+from tumble.compare.grade.grade import TASKS, grade
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.results import json_document
 from tumble.compare.grade.verdicts import RIGHT, UNEXPLAINED
@@ -100,7 +100,8 @@ def test_rows_after_the_end_of_the_reference_are_not_graded(tmp_path, off_m, ver
     poses = Reference(chaotic).states(0, times)[:, 0:7]
     poses[times > 1.9, 0] = 100.0
     poses[1:, 0] += off_m * np.sign(np.random.default_rng(1).standard_normal(100))
-    found = grade(write_poses(tmp_path / "struck.csv", times, poses), chaotic, {}, search_s=0.2)
+    file, done = write_poses(tmp_path / "struck.csv", times, poses), []
+    found = grade(file, chaotic, {}, search_s=0.2, on_progress=lambda what, share=1.0: done.append(share))
     ends = found.measured.sample.times[-1]
     assert 0.3 < ends < 1.3
     assert found.measured.rows == np.searchsorted(times, ends) + 1
@@ -110,6 +111,7 @@ def test_rows_after_the_end_of_the_reference_are_not_graded(tmp_path, off_m, ver
     seen = json_document(FileGrade(found, None))["seen"][0]
     assert "the last bit of a number of the scene" in seen
     assert headline(found).endswith(seen)
+    assert sum(done) == pytest.approx(TASKS), "no task is told twice"
 
 
 def test_a_reference_that_ends_at_the_first_row_grades_nothing(tmp_path):
