@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -108,7 +109,7 @@ def test_rows_after_the_end_of_the_reference_are_not_graded(tmp_path, off_m, ver
     assert found.verdict in verdicts
     assert found.measured.worst_m == pytest.approx(off_m, abs=1e-6)
     assert f". Rows after t = {ends:.6g} s are not graded" in headline(found)
-    seen = json_document(FileGrade(found, None))["seen"][0]
+    seen = cast(list[str], json_document(FileGrade(found, None))["seen"])[0]
     assert "the last bit of a number of the scene" in seen
     assert headline(found).endswith(seen)
     assert sum(done) == pytest.approx(TASKS), "no task is told twice"
