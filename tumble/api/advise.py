@@ -55,7 +55,7 @@ def advise(
     Examples
     --------
     >>> import tumble
-    >>> advice = tumble.advise("two-hits", ["tumble:exact", "tumble:rk4"], tolerance="1um", progress=False)
+    >>> advice = tumble.advise("two-hits", ["tumble:exact", "tumble:rk4"], tolerance="1pm", progress=False)
     >>> "tumble:exact" in advice.answer
     True
     """
