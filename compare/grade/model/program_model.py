@@ -130,6 +130,8 @@ AT_ONCE, RIGHT_CLOCK = ImpulseApplication(), Clock()
 CONTINUOUS = Scheme(0.0, SMOOTH, EXPLICIT, False, 0.0, stored=IN_BODY)
 OutputTransform = Callable[[Pose], Pose]
 THE_SCENES_DRAG, THE_SCENES_TETHERS = (False, False, False), TetherLaw()
+# Of a scene without tethers, and without a floor.
+NO_TETHERS, NO_POINTS = np.empty((0, 9)), np.empty((0, 3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -314,7 +316,7 @@ def simulated(programs: Sequence[ProgramModel], times: Sequence[Array], fineness
         ends,
         found,
         np.array([program.numbers for program in programs]),
-        programs[0].forces,
+        _with_every_force(programs[0].forces),
         _tethers(programs),
         np.concatenate(events),
         np.cumsum([len(each) for each in events]),
@@ -324,13 +326,19 @@ def simulated(programs: Sequence[ProgramModel], times: Sequence[Array], fineness
     return found
 
 
-def _tethers(programs: Sequence[ProgramModel]) -> Array | None:
-    """Return the tethers of each program that obey the scene's law, then all, (2 N k, 9); None if there are none."""
+def _with_every_force(forces: Forces) -> Forces:
+    """Return forces of which each that a row of numbers gives is there: so one compiled kernel serves every scene."""
+    points = NO_POINTS if forces.points is None else forces.points
+    return Forces(1.0, ZERO, NO_TETHERS, (0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), points, *forces[IN_ROW:])
+
+
+def _tethers(programs: Sequence[ProgramModel]) -> Array:
+    """Return the tethers of each program that obey the scene's law, then all, (2 N k, 9)."""
     found: list[Array] = []
     for program in programs:
         every = program.forces.tethers
         if every is None:
-            return None
+            return NO_TETHERS
         found += [every if program.tether_law == THE_SCENES_TETHERS else np.zeros_like(every), every]
     return np.concatenate(found)
 

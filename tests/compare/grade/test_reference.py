@@ -102,7 +102,7 @@ def test_rows_after_the_end_of_the_reference_are_not_graded(tmp_path, off_m, ver
     poses[times > 1.9, 0] = 100.0
     poses[1:, 0] += off_m * np.sign(np.random.default_rng(1).standard_normal(100))
     file, done = write_poses(tmp_path / "struck.csv", times, poses), []
-    found = grade(file, chaotic, {}, search_s=0.2, on_progress=lambda what, share=1.0: done.append(share))
+    found = grade(file, chaotic, {}, search_s=0.02, on_progress=lambda what, share=1.0: done.append(share))
     ends = found.measured.sample.times[-1]
     assert 0.3 < ends < 1.3
     assert found.measured.rows == np.searchsorted(times, ends) + 1

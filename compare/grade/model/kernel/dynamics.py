@@ -89,31 +89,33 @@ class TetherLaw(NamedTuple):
 class Dynamics(NamedTuple):
     """What moves the body in a program.
 
-    moments [kg m2]; forces: of the scene; damping: a = -(d0 + d1 |v|) v and alpha = -(d2 + d3 |w|) w - d4 I^-1 w [1/s,
-    1/m, 1/s, 1, N m s]; drag: a = -(c0 / |v| + c1 |v|^2) v - c2 (|vx| vx, |vy| vy, |vz| vz) and alpha = -c3 w / |w|
-    [m/s2, s/m2, 1/m, rad/s2]; other_drag: of the scene, force -e0 |v| v, torque -e1 |w| w, alpha = -e2 w [N s2/m2,
-    N m s2, 1/s]; tether_law, tethers: rows as in `solver.forces`, that obey it if it is another than the scene's;
-    axis_damping: damping along single axes, of v along the world's, of w along the body's and the world's [1/s]; swirl:
-    factor c in a = c w x v; gravity_in_body: gravity is in body axes; gyroscopic: factor on the gyroscopic term, 1 if
-    right; damping_place, damping_form, frame_mixup, lever_motion, lever_axes, cap_place, floor_place: constants above;
-    tensor: of L; inverse_tensor, impulse_tensor: those that torques and impulses are divided by; first: q at the start;
-    file_axes: rotation from the scene file's axes of the body, which a program has, to the principal ones here;
-    attitude_rate_factor: f in q' = f q w~ / 2; caps: of |v| [m/s] and |w| [rad/s]; component_caps: of each component,
-    world axes; lever: sign, share of x and a point [m], for a lever sign (r - share x - point); impulse_axes: of
-    impulses; impulse_sets: an impulse sets the velocities, and adds nothing to them; up: unit vector along which the
-    centre is at no negative height, 0 for no such floor; bounce: share of the velocity along it that is left, reversed;
-    thresholds: of |v| [m/s] and |w| [rad/s], below which they are set to 0 after a step; is_usual: none of drag, swirl,
-    gravity_in_body, up, other_drag, tether_law and thresholds has an effect; is_capped: one of the caps may have one;
-    has_other_tethers: tether_law is another than the scene's.
+    moments [kg m2]; forces: of the scene, but for its floor; floor: alone; damping: a = -(d0 + d1 |v|) v and alpha =
+    -(d2 + d3 |w|) w - d4 I^-1 w [1/s, 1/m, 1/s, 1, N m s]; drag: a = -(c0 / |v| + c1 |v|^2) v - c2 (|vx| vx, |vy| vy,
+    |vz| vz) and alpha = -c3 w / |w| [m/s2, s/m2, 1/m, rad/s2]; other_drag: of the scene, force -e0 |v| v, torque -e1
+    |w| w, alpha = -e2 w [N s2/m2, N m s2, 1/s]; tether_law, tethers: rows as in `solver.forces`, that obey it if it is
+    another than the scene's; axis_damping: damping along single axes, of v along the world's, of w along the body's and
+    the world's [1/s]; swirl: factor c in a = c w x v; gravity_in_body: gravity is in body axes; gyroscopic: factor on
+    the gyroscopic term, 1 if right; damping_place, damping_form, frame_mixup, lever_motion, lever_axes, cap_place,
+    floor_place: constants above; tensor: of L; inverse_tensor, impulse_tensor: those that torques and impulses are
+    divided by; first: q at the start; file_axes: rotation from the scene file's axes of the body, which a program has,
+    to the principal ones here; attitude_rate_factor: f in q' = f q w~ / 2; caps: of |v| [m/s] and |w| [rad/s];
+    component_caps: of each component, world axes; lever: sign, share of x and a point [m], for a lever sign (r - share
+    x - point); impulse_axes: of impulses; impulse_sets: an impulse sets the velocities, and adds nothing to them; up:
+    unit vector along which the centre is at no negative height, 0 for no such floor; bounce: share of the velocity
+    along it that is left, reversed; thresholds: of |v| [m/s] and |w| [rad/s], below which they are set to 0 after a
+    step; is_usual: none of drag, swirl, gravity_in_body, up, other_drag, tether_law and thresholds has an effect;
+    is_capped: one of the caps may have one; has_other_tethers: tether_law is another than the scene's; is_pulled: a
+    force of the scene acts beside gravity and the floor; has_floor: the scene has one.
     """
 
     moments: Vector
     forces: Forces
+    floor: Forces
     damping: tuple[float, float, float, float, float]
     drag: tuple[float, float, float, float]
     other_drag: tuple[float, float, float]
     tether_law: TetherLaw
-    tethers: Array | None
+    tethers: Array
     axis_damping: tuple[Vector, Vector, Vector]
     swirl: float
     gravity_in_body: bool
@@ -142,6 +144,8 @@ class Dynamics(NamedTuple):
     is_usual: bool
     is_capped: bool
     has_other_tethers: bool
+    is_pulled: bool
+    has_floor: bool
 
 
 class Scheme(NamedTuple):

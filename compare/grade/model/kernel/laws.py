@@ -26,11 +26,9 @@ def other_drag(motion: Motion, dynamics: Dynamics) -> tuple[Vector, Vector, Vect
 
 
 @borrowing
-def other_tethers(motion: Motion, tethers: Array | None, dynamics: Dynamics) -> tuple[Vector, Vector]:
+def other_tethers(motion: Motion, tethers: Array, dynamics: Dynamics) -> tuple[Vector, Vector]:
     """Return the force of all tethers, world axes, and their torque, body axes."""
     force, torque = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    if tethers is None:
-        return force, torque
     for number in range(len(tethers)):
         one, twist = _other_tether(motion, tethers, number, dynamics)
         force, torque = add(force, one), add(torque, twist)

@@ -76,48 +76,19 @@ def _vector(row: Array, at: int) -> Vector:
     return row[at], row[at + 1], row[at + 2]
 
 
-# If an argument is None, numba compiles only the first return; if not, both, which must then be of one type.
-@borrowing
-def _drag(drag: tuple[float | None, float | None] | None, row: Array) -> tuple[float | None, float | None] | None:
-    """Return the scene's drag as in a row; None where there is none."""
-    if drag is None:
-        return drag
-    linear, angular = drag
-    return _unless_absent(linear, row[AT.scene_drag]), _unless_absent(angular, row[AT.scene_drag + 1])
-
-
 @inner
-def _unless_absent(is_there: float | None, number: float) -> float | None:
-    if is_there is None:
-        return is_there
-    return number
-
-
-@borrowing
-def _floor(
-    floor: tuple[float, float, float, float, float, float] | None, row: Array
-) -> tuple[float, float, float, float, float, float] | None:
-    if floor is None:
-        return floor
-    at = AT.scene_floor
-    return row[at], row[at + 1], row[at + 2], row[at + 3], row[at + 4], row[at + 5]
-
-
-@inner
-def _of_program(tethers: Array | None, number: int, count: int) -> Array | None:
+def _of_program(tethers: Array, number: int, count: int) -> Array:
     """Return a part of some rows of tethers, of so many parts."""
-    if tethers is None:
-        return tethers
     size = len(tethers) // count
     return tethers[number * size : (number + 1) * size]
 
 
 @inner
-def dynamics_of(numbers: Array, program: int, scene: Forces, tethers: Array | None) -> Dynamics:
+def dynamics_of(numbers: Array, program: int, scene: Forces, tethers: Array) -> Dynamics:
     """Return what moves the body in one of several programs, from their rows of numbers, (N, NUMBERS).
 
-    scene: forces of which only is read which there are, the points, and the forces that are in no row; tethers: of each
-    program those that obey the scene's law, then all, (2 N k, 9).
+    scene: forces of which only the points are read, and the forces that are in no row; tethers: of each program those
+    that obey the scene's law, then all, (2 N k, 9).
     """
     row, parts = numbers[program], 2 * len(numbers)
     law = TetherLaw(
@@ -151,14 +122,19 @@ def dynamics_of(numbers: Array, program: int, scene: Forces, tethers: Array | No
         row[AT.mass],
         _vector(row, AT.gravity),
         _of_program(tethers, 2 * program, parts),
-        _drag(scene.drag, row),
-        _floor(scene.floor, row),
-        scene.points,
+        (row[AT.scene_drag], row[AT.scene_drag + 1]),
+        None,
+        None,
         *scene[IN_ROW:],
     )
+    at, points = AT.scene_floor, scene.points
+    has_floor = points is not None and len(points) > 0
+    is_pulled = len(scene) > IN_ROW or len(tethers) > 0 or row[AT.scene_drag] != 0.0 or row[AT.scene_drag + 1] != 0.0
+    floor = row[at], row[at + 1], row[at + 2], row[at + 3], row[at + 4], row[at + 5]
     return Dynamics(
         _vector(row, AT.moments),
         forces,
+        Forces(row[AT.mass], None, None, None, floor, points),
         damping,
         drag,
         other_drag,
@@ -192,6 +168,8 @@ def dynamics_of(numbers: Array, program: int, scene: Forces, tethers: Array | No
         is_usual,
         min(caps[0], caps[1], component_caps[0], component_caps[1]) < math.inf,
         has_other_tethers,
+        is_pulled,
+        has_floor,
     )
 
 

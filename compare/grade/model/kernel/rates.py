@@ -24,7 +24,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
 )
 from tumble.compare.grade.model.kernel.laws import other_drag, other_tethers
 from tumble.solver.compilation import borrowing, inlined
-from tumble.solver.forces import wrench
+from tumble.solver.forces import Forces, wrench
 from tumble.solver.quaternion import Quaternion, conjugate, plus, product, product_vector, rotate, rotate_back, stretch
 from tumble.solver.vectors import Vector, add, cross, dot, scale, times
 
@@ -90,7 +90,13 @@ def twist(x: Vector, q: Quaternion, push: Push) -> Vector:
 @inlined
 def accelerations(motion: Motion, dynamics: Dynamics, push: Push) -> tuple[Vector, Vector]:
     """Return a, world axes, and alpha, body axes, without damping and the gyroscopic term."""
-    force, torque = wrench(motion.x, motion.q, motion.v, motion.w_body, dynamics.forces)
+    weight_alone = Forces(dynamics.forces.mass, dynamics.forces.gravity, None, None, None, None)
+    force, torque = wrench(motion.x, motion.q, motion.v, motion.w_body, weight_alone)
+    if dynamics.is_pulled:
+        force, torque = wrench(motion.x, motion.q, motion.v, motion.w_body, dynamics.forces)
+    if dynamics.has_floor:
+        load, tip = wrench(motion.x, motion.q, motion.v, motion.w_body, dynamics.floor)
+        force, torque = add(force, load), add(torque, tip)
     if push.acting > 0:
         force = add(force, push.force)
         torque = add(torque, rotate_back(motion.q, twist(motion.x, motion.q, push)))

@@ -248,7 +248,7 @@ def integrate(
     found: Array,
     numbers: Array,
     scene: Forces,
-    tethers: Array | None,
+    tethers: Array,
     events: Array,
     event_ends: Array,
     schemes: Array,
