@@ -20,7 +20,9 @@ from tumble.compare.grade.measure.offset import constant_offset
 from tumble.compare.grade.measure.significance import (
     ALIKE,
     EXPLAINED,
+    FEWEST_ROWS,
     KERNEL_ERROR,
+    LARGE_FLOOR,
     LARGEST_NOISE,
     ResidualScale,
     independent,
@@ -68,9 +70,6 @@ STRAIN = 1e-6
 # Errors below this share of the body's size are too small to identify a step or a clock.
 LITTLE = 1e-6
 
-# Rows in which single precision may move the body by more than this share of its size decide nothing, if it could
-# explain all; and the fewest rows without that are enough.
-LARGE_FLOOR, FEWEST = 1e-3, 12
 # A factor that differs from 1 by less, beside other fitted values, was fitted to something else; so were more values
 # than this.
 NEARLY_RIGHT_OF_SEVERAL, MOST_FITTED = 1e-2, 3
@@ -413,7 +412,7 @@ def compared(measured: Measured, context: Context) -> tuple[SampledRows, Residua
     if not measured.single:
         return sample, scale, False
     small = single_m <= LARGE_FLOOR * scale.size_m
-    if small.all() or small.sum() < FEWEST:
+    if small.all() or small.sum() < FEWEST_ROWS:
         return sample, scale, True
     return sample.some(small), scale_of(sample.some(small), scene), True
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tumble.compare.grade.measure.conserved import Conserved
+from tumble.compare.grade.measure.significance import FEWEST_ROWS, LARGE_FLOOR
 from tumble.compare.grade.model.reference import Reference, ReferenceEnds
 from tumble.compare.grade.read.block import Block, vertices_of
 from tumble.compare.grade.read.columns import CENTRE, MATRIX, QUATERNION, SPIN, BadTrajectory, Description
@@ -243,6 +244,8 @@ def _measured(
     assert sample is not None
     resolution = reference.resolution(diagnosed, sample.times, working)
     sample, resolution_m = replace(sample, resolution=resolution), float(resolution[-1])
+    if sums.excess <= resolution_m:
+        _check_resolution(sample, diagnosed, scene)
     working.end()
     return Measured(
         description=description,
@@ -271,6 +274,19 @@ def _measured(
         throw=diagnosed,
         sample=sample,
     )
+
+
+def _check_resolution(sample: SampledRows, throw: int, scene: Scene) -> None:
+    """Raise ReferenceEnds where the resolution becomes so large that it hides any error, if enough rows are before.
+
+    sample: rows whose errors are all within the resolution at the last one.
+    """
+    assert sample.resolution is not None
+    small = sample.resolution <= LARGE_FLOOR * float(np.ptp(scene.body.points, axis=0).max())
+    if not small.all() and small.sum() >= FEWEST_ROWS:
+        until, last = float(sample.times[small][-1]), float(sample.times[-1])
+        why = f"at t = {last:.6g} s it is accurate only to {sample.resolution[-1]:.2g} m"
+        raise ReferenceEnds(throw, until, why)
 
 
 def _choose_clock(trajectory: Trajectory, reference: Reference, scene: Scene) -> None:

@@ -33,6 +33,9 @@ SPARED, LARGE = 5.0, 100.0
 SPARED_ROWS, SPARED_SHARE = 2, 0.02
 # Model-selection penalty of a fitted value: ln(100) units more than a named value.
 FITTED_VALUES = 100
+# Rows in which single precision may move the body by more than this share of its size decide nothing, if it could
+# explain all; nor do those in which the reference is less accurate.  The fewest rows without these that are enough.
+LARGE_FLOOR, FEWEST_ROWS = 1e-3, 12
 # Error of the compiled kernel, over the body's size.
 KERNEL_ERROR = 1e-9
 

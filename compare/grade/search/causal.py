@@ -414,7 +414,10 @@ class CausalSearch(Changes):
         try:
             others = self._dived(pool, min(pool.values(), key=_by_rank))[:DIVES]
             begun_at = max(c.score for c in pool.values())
-            waiting = chain(map(self._fitted, then), others)
+            # Where the translation needs a name, the second best next step of what explains the rest is likelier than
+            # what explains most alone.
+            next_best = [] if self._fit.is_free else [c for c in others[:1] if not _is_vague(c)]
+            waiting = chain(next_best, map(self._fitted, then), others[len(next_best) :])
             for dive in range(MOST_DIVES):
                 best = min(pool.values(), key=_enough_first)
                 # A vague translation explains anything: what has a name is tried before it is believed.

@@ -12,7 +12,7 @@ from tumble.compare.grade.file_grade import FileGrade
 from tumble.compare.grade.grade import TASKS, grade
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.results import json_document
-from tumble.compare.grade.verdicts import RIGHT, UNEXPLAINED
+from tumble.compare.grade.verdicts import CORRECT_TO_RESOLUTION, RIGHT, UNEXPLAINED
 from tumble.reports.grade import headline
 from tumble.scenarios.read import scene_of
 from tumble.scenarios.truth import NoTruth, truth
@@ -121,3 +121,42 @@ def test_a_reference_that_ends_at_the_first_row_grades_nothing(tmp_path):
     poses = Reference(chaotic).states(0, times)[:, 0:7]
     with pytest.raises(NoTruth, match=r"there is no truth at the first sample|known until 0 s"):
         grade(write_poses(tmp_path / "late.csv", times, poses), chaotic, {})
+
+
+# The truth is known to the end, but at last only to more than the body's size, as the line goes slack and taut.
+KNOWN_BADLY = """
+title = "Small box on a line"
+duration = 3.0
+samples = 20
+step = 0.001
+gravity = [0.0, 0.0, -10.0]
+
+[body]
+shape = "box"
+size = [0.051, 0.0352, 0.0149]
+mass = 1.32
+position = [-0.295, -1.25, -1.25]
+velocity = [-0.143, 3.13, -0.308]
+angular_velocity = [0.959, 0.0758, -0.0308]
+
+[[tether]]
+vertex = 2
+anchor = [-0.383, -2.31, -1.26]
+stiffness = 6.14
+damping = 0.0
+rest_length = 0.64
+"""
+
+
+@pytest.mark.parametrize(("off_from_s", "is_right"), [(2.65, True), (0.85, False)])
+def test_rows_in_which_the_resolution_hides_any_error_are_not_graded(tmp_path, off_from_s, is_right):
+    """Rows before are graded: within the resolution at the end everything would be right."""
+    scene = scene_named("badly", KNOWN_BADLY)
+    times = np.linspace(0.0, 3.0, 31)
+    poses = Reference(scene).states(0, times)[:, 0:7]
+    poses[times > off_from_s, 0] += 0.03
+    found = grade(write_poses(tmp_path / "line.csv", times, poses), scene, {}, search_s=0.02)
+    assert (found.verdict in RIGHT) is is_right
+    assert found.verdict != CORRECT_TO_RESOLUTION or found.measured.resolution_m < 1e-3 * 0.051
+    assert "it is accurate only to 0.0" in headline(found)
+    assert 1.0 < found.measured.sample.times[-1] < 2.65
