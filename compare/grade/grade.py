@@ -142,14 +142,14 @@ class Grade:
             if measured.single and not diagnosis.is_open:
                 return CORRECT_TO_SINGLE
             return CORRECT_TO_NOISE if self._is_all_noise else TOO_LITTLE
-        best = diagnosis.best
+        best, is_hidden = diagnosis.best, self.hidden_by_single or diagnosis.is_open
         if best.drift and not best.mistakes:
             return TOO_LITTLE
         if not best.mistakes or best.weight > diagnosis.null.weight - ALIKE:
             # Single precision grows with the steps, so its effect is not white.
             if diagnosis.null.is_noise and self._is_all_noise:
                 return CORRECT_TO_NOISE
-            if self.hidden_by_single or (diagnosis.null.is_noise and diagnosis.null.in_common <= EXPLAINED):
+            if is_hidden or (diagnosis.null.is_noise and diagnosis.null.in_common <= EXPLAINED):
                 return TOO_LITTLE
             return TOO_LITTLE if measured.worst_m <= LITTLE * self.scale.size_m else UNEXPLAINED
         # Where digits alone are left, single precision is not there.
@@ -158,10 +158,11 @@ class Grade:
         if is_barely and not (diagnosis.engines and _leaves(diagnosis, MOST_LEFT)):
             return TOO_LITTLE
         # A part of errors that are hardly larger than digits and noise is of anything.
-        in_part = TOO_LITTLE if diagnosis.null.in_common <= BARELY and not diagnosis.engines else EXPLAINED_PARTLY
+        is_little = diagnosis.is_open or (diagnosis.null.in_common <= BARELY and not diagnosis.engines)
+        in_part = TOO_LITTLE if is_little else EXPLAINED_PARTLY
         if self._leaves_nothing(diagnosis):
             return in_part if self._is_contrived(diagnosis) or self.is_open else EXPLAINED_WHOLLY
-        if self.hidden_by_single:
+        if is_hidden:
             return TOO_LITTLE
         # Any method of higher order explains a part of an error that is as small as it leaves.
         guessed = all(m.hypothesis.part == "steps" and m.hypothesis.only_named for m in best.mistakes)

@@ -52,7 +52,7 @@ class Diagnosis:
     trials : number of simulated programs
     program : program model of the best explanation
     is_open : single precision would explain all in steps shorter than a row interval, but not in one step a row; or
-        only if it rounds in the same direction in every step
+        only if it rounds in the same direction in every step; or only in more steps than most programs take
     engines : engines that do the same at their defaults
     stopped_s : processor time after which the search was stopped [s]; 0: it ended by itself
     alone : explanations by one mistake, best first
@@ -123,7 +123,8 @@ def diagnosed(
     ranked = _ranked(evaluator, null, explained)
     stopped = search_s if search.is_stopped or closing.is_stopped else 0.0
     ranked = _without_drift(evaluator, ranked)
-    return replace(ranked, stopped_s=stopped, engines=engine_search.fitting(ranked.best, closing))
+    is_open = ranked.is_open or evaluator.is_within_short_steps()
+    return replace(ranked, is_open=is_open, stopped_s=stopped, engines=engine_search.fitting(ranked.best, closing))
 
 
 def _clearly_better(explained: Sequence[Explanation], null: Explanation) -> list[Explanation]:

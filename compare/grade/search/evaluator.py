@@ -161,6 +161,18 @@ class Evaluator:
         errors = self._errors(self.context.program)
         return scale.in_floors(errors) <= EXPLAINED
 
+    def is_within_short_steps(self) -> bool:
+        """Return whether single precision explains the rows in steps that are shorter than the usual short ones."""
+        usual, null = fine_step(self.context.spacing_s), self.explain(())
+        steps = [self.context.spacing_s / parts for parts in SHORT_STEPS]
+        # The effect grows with the number of steps at most.
+        return self.single and any(
+            SHORTEST_S <= step < usual
+            and null.in_floors <= EXPLAINED * usual / step
+            and self.explain((), step).within_floor
+            for step in steps
+        )
+
     def _errors(self, program: ProgramModel) -> Array:
         """Return what a finely simulated program leaves of all rows [m], (S, K, 3)."""
         pose = program.output(self.rows.times, FINE)

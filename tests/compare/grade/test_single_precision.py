@@ -84,6 +84,17 @@ def test_a_mistake_that_is_larger_is_not_hidden(tmp_path):
     assert not graded.hidden_by_single
 
 
+@pytest.mark.parametrize(("linear", "says"), [(0.0, "Single precision in short steps would explain"), (0.01, "0.01")])
+def test_rounding_in_a_hundred_steps_a_row_is_no_part_of_a_mistake(tmp_path, linear, says):
+    """Few programs take so many: a mistake that explains more than rounding is named."""
+    path = CATALOGUE / "die-straight.toml"
+    program = Program(dt=0.0005, every=100, number=np.float32, linear=linear)
+    file = write(tmp_path / "short.csv", fly(path, program), read(path).vertices, form="{:.6g}".format)
+    graded = grade(Path(file), read_scene("die-straight"), {})
+    assert graded.verdict == (EXPLAINED_WHOLLY if linear else TOO_LITTLE)
+    assert says in headline(graded)
+
+
 @pytest.mark.parametrize(
     ("attitude", "centre", "may_be"),
     [(np.float64, np.float64, False), (np.float64, np.float32, True), (np.float32, np.float64, True)],
