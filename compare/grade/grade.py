@@ -14,7 +14,7 @@ from tumble.compare.grade.hypotheses.explanation import NEARLY_RIGHT, Explanatio
 from tumble.compare.grade.hypotheses.hypothesis import Context
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.measure.conserved import fitted_pose
-from tumble.compare.grade.measure.errors import Measured, SampledRows, measure
+from tumble.compare.grade.measure.errors import Measured, SampledRows, measure, size_of
 from tumble.compare.grade.measure.observations import observations
 from tumble.compare.grade.measure.offset import constant_offset
 from tumble.compare.grade.measure.significance import (
@@ -423,7 +423,7 @@ def scale_of(sample: SampledRows, scene: Scene) -> ResidualScale:
 
     The floor is the root mean square of the printed digits, the resolution of the truth, and the kernel's own error.
     """
-    size_m = float(np.ptp(scene.body.points, axis=0).max())
+    size_m = size_of(scene)
     resolution = np.zeros(len(sample)) if sample.resolution is None else sample.resolution
     known_m2 = resolution**2 + (KERNEL_ERROR * size_m) ** 2
     floors_m = np.sqrt((sample.half**2 + known_m2[:, None]) / 3)

@@ -276,13 +276,18 @@ def _measured(
     )
 
 
+def size_of(scene: Scene) -> float:
+    """Return the largest edge of a box around the body [m]."""
+    return float(np.ptp(scene.body.points, axis=0).max())
+
+
 def _check_resolution(sample: SampledRows, throw: int, scene: Scene) -> None:
     """Raise ReferenceEnds where the resolution becomes so large that it hides any error, if enough rows are before.
 
     sample: rows whose errors are all within the resolution at the last one.
     """
     assert sample.resolution is not None
-    small = sample.resolution <= LARGE_FLOOR * float(np.ptp(scene.body.points, axis=0).max())
+    small = sample.resolution <= LARGE_FLOOR * size_of(scene)
     if not small.all() and small.sum() >= FEWEST_ROWS:
         until, last = float(sample.times[small][-1]), float(sample.times[-1])
         why = f"at t = {last:.6g} s it is accurate only to {sample.resolution[-1]:.2g} m"

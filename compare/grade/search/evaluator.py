@@ -121,12 +121,10 @@ class Evaluator:
         is_nearly = best.mistakes and best.in_common <= SMALL_SHARE * self._null_in_common
         if not is_nearly or not self.single or self.program_with(best.mistakes).scheme.attitude != SMOOTH:
             return best
-        for parts in SHORT_STEPS:
-            step_s = self.context.spacing_s / parts
-            if SHORTEST_S <= step_s < fine_step(self.context.spacing_s):
-                found = self.explain(best.mistakes, step_s)
-                if found.is_whole:
-                    return found
+        for step_s in self._short_steps:
+            found = self.explain(best.mistakes, step_s)
+            if found.is_whole:
+                return found
         return best
 
     @property
@@ -163,15 +161,19 @@ class Evaluator:
 
     def is_within_short_steps(self) -> bool:
         """Return whether single precision explains the rows in steps that are shorter than the usual short ones."""
-        usual, null = fine_step(self.context.spacing_s), self.explain(())
-        steps = [self.context.spacing_s / parts for parts in SHORT_STEPS]
+        usual_s, null = fine_step(self.context.spacing_s), self.explain(())
         # The effect grows with the number of steps at most.
         return self.single and any(
-            SHORTEST_S <= step < usual
-            and null.in_floors <= EXPLAINED * usual / step
-            and self.explain((), step).within_floor
-            for step in steps
+            null.in_floors <= EXPLAINED * usual_s / step_s and self.explain((), step_s).within_floor
+            for step_s in self._short_steps
         )
+
+    @property
+    def _short_steps(self) -> list[float]:
+        """The steps that are shorter than the usual short ones [s], the longest first."""
+        spacing_s = self.context.spacing_s
+        steps = [spacing_s / parts for parts in SHORT_STEPS]
+        return [step_s for step_s in steps if SHORTEST_S <= step_s < fine_step(spacing_s)]
 
     def _errors(self, program: ProgramModel) -> Array:
         """Return what a finely simulated program leaves of all rows [m], (S, K, 3)."""
