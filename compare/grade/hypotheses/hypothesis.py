@@ -139,17 +139,17 @@ class Hypothesis:
     needs_steps: bool = False
     limits: str = ""
 
-    @property
+    @cached_property
     def dimension(self) -> int:
         """How many numbers its value is, if it is fitted."""
         return len(self.values[0]) if self.scale else 1  # type: ignore[arg-type]
 
-    @property
+    @cached_property
     def fitted(self) -> bool:
         """Whether it has a value that may be any between the first ones."""
         return bool(self.values) and not self.choices and not self.only_named
 
-    @property
+    @cached_property
     def bounds(self) -> tuple[float, float]:
         """The smallest and the largest value, apart from named ones."""
         values = self.values if self.neutral is None else (*self.values, self.neutral)

@@ -235,25 +235,31 @@ def output_points(body: Body) -> Array:
 
 def outputs(programs: Sequence[ProgramModel], times: Array, fineness: float = SEARCHING) -> list[Pose]:
     """Return what `ProgramModel.output` does of programs with one body, faster than one by one."""
-    rows = _poses(programs, times, fineness)
-    axes, q = rows[:, :, AXES].reshape(-1, 3), rows[:, :, Q].reshape(-1, 4)
-    found = []
+    every = zip(programs, *poses(programs, times, fineness), strict=True)
+    return [written(Pose(times, *own), program.output_transforms) for program, *own in every]
+
+
+def written(pose: Pose, transforms: Sequence[OutputTransform]) -> Pose:
+    """Return a pose after output transforms."""
     with np.errstate(all="ignore"):  # a run that diverged leaves a large residual
-        if programs[0].body.file_axes[0] != 1.0:
-            turn, product = _turn_and_product(*programs[0].body.file_axes.tolist())
-            axes, q = axes @ turn, q @ product
-        shape = len(programs), len(times)
-        for program, *own in zip(
-            programs, rows[:, :, X], axes.reshape(*shape, 3, 3), q.reshape(*shape, 4), strict=True
-        ):
-            pose = Pose(times, *own)
-            for writing in program.output_transforms:
-                pose = writing(pose)
-            found.append(pose)
-    return found
+        for writing in transforms:
+            pose = writing(pose)
+    return pose
 
 
-def _poses(programs: Sequence[ProgramModel], times: Array, fineness: float) -> Array:
+def poses(programs: Sequence[ProgramModel], times: Array, fineness: float) -> tuple[Array, Array, Array]:
+    """Return x, axes and q of programs with one body before their output transforms, as in `Pose`, (N, T, ...)."""
+    rows = _rows(programs, times, fineness)
+    shape = rows.shape[:2]
+    axes, q = rows[:, :, AXES].reshape(*shape, 3, 3), rows[:, :, Q]
+    if programs[0].body.file_axes[0] != 1.0:
+        turn, product = _turn_and_product(*programs[0].body.file_axes.tolist())
+        with np.errstate(all="ignore"):  # a run that diverged
+            axes, q = (axes.reshape(-1, 3) @ turn).reshape(axes.shape), (q.reshape(-1, 4) @ product).reshape(q.shape)
+    return rows[:, :, X], axes, q
+
+
+def _rows(programs: Sequence[ProgramModel], times: Array, fineness: float) -> Array:
     """Return rows of `kernel.stepping` of programs at times of their clocks [s], (N, T, 22): x, the matrix and q."""
     as_bytes = times.tobytes()
     every = [program.instants(as_bytes) for program in programs]

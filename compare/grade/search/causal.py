@@ -13,14 +13,16 @@ from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.search.changes import RIGHT, Changes, best_of_each
 from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.evaluator import Evaluator
+from tumble.compare.grade.search.least_squares import Fitting
 from tumble.compare.grade.search.proposals import STEPS
 from tumble.compare.grade.search.simulations import SearchStopped
 from tumble.scenarios.frames import Array
 
 # Programs of many that are followed beyond the first part of the run.
 FOLLOWED = 60
-# Changes that are fitted, of all that are tried; of these, and of schemes, so many are fitted to the end.
-FITTED, LIKELIEST = 10, 5
+# Changes that are fitted, of all that are tried; steps of their fits after which, of these and of schemes, so many are
+# fitted to the end.
+FITTED, FIRST_STEPS, LIKELIEST = 10, 2, 5
 # Single changes that are fitted, before programs with several.
 ALONE = 24
 # Of these, so many are followed if what seems best leads nowhere.
@@ -257,7 +259,7 @@ class CausalSearch(Changes):
     def refitted(self, mistakes: Mistakes) -> Mistakes:
         """Return mistakes with values fitted to all of the run."""
         self._fit.is_free = False
-        return self._fit.fitted(mistakes)[0]
+        return self._fit.fitted(mistakes).mistakes
 
     def alternatives(self, mistakes: Mistakes) -> list[Mistakes]:
         """Return programs that fit as well as one, best first.
@@ -380,8 +382,10 @@ class CausalSearch(Changes):
     # --- programs -----------------------------------------------------------------------------------------------------
 
     def _fitted(self, mistakes: Mistakes) -> Candidate:
-        mistakes, weight, score = self._fit.fitted(mistakes)
-        shells, errors = self._simulations.shells, self._simulations.errors([mistakes])[0]
+        return self._candidate(self._fit.fitted(mistakes))
+
+    def _candidate(self, fit: Fitting) -> Candidate:
+        shells, mistakes, errors = self._simulations.shells, fit.mistakes, fit.errors
         cost, is_all = self._cost(mistakes), self._until >= self._context.duration
         is_enough = shells.is_whole(errors)
         is_whole = is_enough or self._is_hidden(mistakes, errors)
@@ -394,7 +398,7 @@ class CausalSearch(Changes):
         if self._fit.is_free and not is_enough:
             rotation = shells.without_centre(errors)
             is_enough = shells.is_whole(rotation) or (self._evaluator.is_known and self._is_hidden(mistakes, rotation))
-        return Candidate(mistakes, weight + cost, score + cost, is_whole, score + cost, is_enough)
+        return Candidate(mistakes, fit.weight + cost, fit.score + cost, is_whole, fit.score + cost, is_enough)
 
     def _is_hidden(self, mistakes: Mistakes, errors: Array) -> bool:
         """Return whether single precision, which a program may have, hides its residuals, (T, K, 3)."""
@@ -542,10 +546,12 @@ class CausalSearch(Changes):
 
     def _children(self, candidate: Candidate, programs: Mapping[Mistakes, float]) -> list[Candidate]:
         """Return the best of some programs, fitted, each with the share of what it gains that counts."""
-        scores = {program: self._fit.fitted(program, 2)[2] + self._cost(program) for program in programs}
+        fits = self._fit.advanced(self._fit.begun(list(programs)), FIRST_STEPS)
+        likely = sorted(zip(programs, fits, strict=True), key=lambda each: each[1].score + self._cost(each[0]))
         found: list[Candidate] = []
-        for program in sorted(programs, key=scores.__getitem__)[:LIKELIEST]:
-            child = self._fitted(program)
+        self._fit.advanced([fit for _, fit in likely[:LIKELIEST]])
+        for program, fit in likely[:LIKELIEST]:
+            child = self._candidate(fit)
             child.rank = candidate.rank - programs[program] * (candidate.score - child.score)
             found.append(child)
         return found

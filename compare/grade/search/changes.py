@@ -152,9 +152,9 @@ class Changes(Parts):
         """
         if self._until > self._horizons()[0]:
             return list(programs[:SCHEMES])
-        fits = [self._fit.fitted(program, 1) for program in programs]
-        order = sorted(range(len(fits)), key=lambda number: fits[number][2] + self._cost(programs[number]))
-        return [fits[number][0] for number in order[:SCHEMES]]
+        fits = self._fit.advanced(self._fit.begun(programs), 1)
+        best = sorted(zip(programs, fits, strict=True), key=lambda each: each[1].score + self._cost(each[0]))
+        return [fit.mistakes for _, fit in best[:SCHEMES]]
 
     def _upon_steps(self, mistakes: Mistakes, hoped: float = 0.0) -> list[tuple[SchemeKind, Mistakes]]:
         """Return each kind of scheme with steps that may be right, and the program that it makes.

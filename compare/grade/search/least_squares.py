@@ -1,11 +1,12 @@
 """Fits the values of mistakes together, by the method of Levenberg and Marquardt, to the rows of a search."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.explanation import Mistakes, value_of, with_value
-from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
+from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes, value_of, with_value
+from tumble.compare.grade.hypotheses.hypothesis import Hypothesis, Value
 from tumble.compare.grade.search.shells import finite
 from tumble.compare.grade.search.simulations import Simulations
 from tumble.scenarios.frames import Array
@@ -25,6 +26,25 @@ FREE, SHARE = 60.0, 0.02
 TICKS = (-4, -2, -1, 1, 2, 4)
 
 
+@dataclass(eq=False)
+class Fitting:
+    """Mistakes whose values are being fitted, and what they leave.
+
+    errors: their residuals, (T, K, 3); weight, score: of these; is_done: no step gains anything any more.
+    """
+
+    mistakes: Mistakes
+    errors: Array
+    weight: float
+    score: float
+    free: list[Hypothesis] = field(init=False)
+    is_done: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.free = free_values(self.mistakes)
+        self.is_done = not self.free
+
+
 class Fit:
     """Fits values of mistakes to the rows of `simulations`; is_free: with a free translation."""
 
@@ -32,21 +52,36 @@ class Fit:
         self._simulations = simulations
         self.is_free = False
 
-    def fitted(self, mistakes: Mistakes, steps: int = STEPS) -> tuple[Mistakes, float, float]:
-        """Return mistakes with their fitted values at the minimum, and their weight and score there."""
-        free = free_values(mistakes)
-        weights, scores = self.scored(self._simulations.errors([mistakes]))
-        weight, score = float(weights[0]), float(scores[0])
-        for _ in range(steps if free else 0):
-            tried = self._tried(mistakes, free)
-            weights, scores = self.scored(self._simulations.errors(tried))
-            best = int(np.argmin(scores))
-            gained = score - float(scores[best])
-            if gained > 0:
-                mistakes, weight, score = tried[best], float(weights[best]), float(scores[best])
-            if not gained > GAIN:
+    def fitted(self, mistakes: Mistakes) -> Fitting:
+        """Return mistakes with their fitted values at the minimum."""
+        return self.advanced(self.begun([mistakes]))[0]
+
+    def begun(self, programs: Sequence[Mistakes]) -> list[Fitting]:
+        """Return fits of the values of mistakes before their first step."""
+        if not programs:
+            return []
+        errors = self._simulations.errors(programs)
+        weights, scores = (each.tolist() for each in self.scored(errors))
+        return [Fitting(*each) for each in zip(programs, errors, weights, scores, strict=True)]
+
+    def advanced(self, fits: Sequence[Fitting], steps: int = STEPS) -> Sequence[Fitting]:
+        """Return fits after so many steps, or as many as they need; all are simulated together, which is faster."""
+        for _ in range(steps):
+            if not (going := [fit for fit in fits if not fit.is_done]):
                 break
-        return mistakes, weight, score
+            every = self._tried(going)
+            errors = self._simulations.errors([mistakes for tried in every for mistakes in tried])
+            weights, scores = self.scored(errors)
+            begin = 0
+            for fit, tried in zip(going, every, strict=True):
+                best = begin + int(np.argmin(scores[begin : begin + len(tried)]))
+                gained = fit.score - float(scores[best])
+                if gained > 0:
+                    fit.mistakes, fit.errors = tried[best - begin], errors[best]
+                    fit.weight, fit.score = float(weights[best]), float(scores[best])
+                fit.is_done = not gained > GAIN
+                begin += len(tried)
+        return fits
 
     def scored(self, errors: Array) -> tuple[Array, Array]:
         """Return the weights of residuals, (V, T, K, 3), and their scores, which are the weights unless `is_free`.
@@ -60,13 +95,21 @@ class Fit:
         weights, free = shells.weights_and_free(errors)
         return weights, free + np.minimum(weights - free, FREE + SHARE * (weights - free))
 
-    def directions(self, mistakes: Mistakes, free: Sequence[Hypothesis], errors: Array) -> Array:
-        """Return the derivatives of residuals by the first steps of values, (P, T, K, 3); errors: (T, K, 3)."""
-        units = _units(mistakes, free)
-        at = _packed(mistakes, free)
-        moved = [_with_values(mistakes, free, at + DIFFERENCE * units * one) for one in np.eye(len(at))]
+    def directions(self, mistakes: Mistakes, errors: Array) -> Array:
+        """Return the derivatives of residuals, (T, K, 3), by the first steps of fitted values, (P, T, K, 3)."""
+        return self._directions([Fitting(mistakes, errors, 0.0, 0.0)])[0]
+
+    def _directions(self, fits: Sequence[Fitting]) -> list[Array]:
+        """Return the derivatives of the residuals of each fit by the first steps of its values, (P, T, K, 3)."""
+        moved, counts = list[Mistakes](), list[int]()
+        for fit in fits:
+            at, units = _packed(fit.mistakes, fit.free), DIFFERENCE * _units(fit.mistakes, fit.free)
+            counts.append(len(at))
+            moved += [_with_values(fit.mistakes, fit.free, at + units * one) for one in np.eye(len(at))]
+        errors = self._simulations.errors(moved) if moved else np.empty((0, *fits[0].errors.shape))
+        every = np.split(errors, np.cumsum(counts)[:-1])
         with np.errstate(all="ignore"):
-            return finite((self._simulations.errors(moved) - errors) / DIFFERENCE)
+            return [finite((own - fit.errors) / DIFFERENCE) for own, fit in zip(every, fits, strict=True)]
 
     def directions_of(self, wanted: Sequence[tuple[Mistakes, Hypothesis]], errors: Array) -> list[Array]:
         """Return the derivatives of residuals by the value of a hypothesis in each of some mistakes.
@@ -88,13 +131,16 @@ class Fit:
         """Return mistakes with some values moved by multiples of their first steps."""
         return _with_values(mistakes, free, _packed(mistakes, free) + _units(mistakes, free) * steps)
 
-    def _tried(self, mistakes: Mistakes, free: list[Hypothesis]) -> list[Mistakes]:
-        """Return mistakes with better values, if the residuals depend on them linearly."""
-        errors = self._simulations.errors([mistakes])[0]
-        steps = self.solutions(self.directions(mistakes, free, errors), errors)
-        at, units = _packed(mistakes, free), _units(mistakes, free)
-        tried = [_with_values(mistakes, free, at + units * step) for step in steps]
-        return tried + _other_ticks(mistakes, self._simulations)
+    def _tried(self, fits: Sequence[Fitting]) -> list[list[Mistakes]]:
+        """Return the mistakes of each fit with better values, if the residuals depend on them linearly."""
+        every = list[list[Mistakes]]()
+        for fit, slopes in zip(fits, self._directions(fits), strict=True):
+            at, units = _packed(fit.mistakes, fit.free), _units(fit.mistakes, fit.free)
+            tried = [
+                _with_values(fit.mistakes, fit.free, at + units * step) for step in self.solutions(slopes, fit.errors)
+            ]
+            every.append(tried + _other_ticks(fit.mistakes, self._simulations))
+        return every
 
     def solutions(self, slopes: Array, errors: Array) -> list[Array]:
         """Return the steps that make residuals least, with more and more damping; (P, T, K, 3), (T, K, 3)."""
@@ -142,22 +188,25 @@ def _other_ticks(mistakes: Mistakes, simulations: Simulations) -> list[Mistakes]
 
 
 def _packed(mistakes: Mistakes, free: Sequence[Hypothesis]) -> Array:
-    return np.concatenate([np.atleast_1d(value_of(mistakes, hypothesis)) for hypothesis in free])
+    values = (value_of(mistakes, hypothesis) for hypothesis in free)
+    return np.array([number for value in values for number in (value if isinstance(value, tuple) else (value,))])
 
 
 def _units(mistakes: Mistakes, free: Sequence[Hypothesis]) -> Array:
-    return np.concatenate([np.full(h.dimension, first_step(value_of(mistakes, h), h)) for h in free])
+    steps = ((first_step(value_of(mistakes, each), each), each.dimension) for each in free)
+    return np.array([step for step, count in steps for _ in range(count)])
 
 
 def _with_values(mistakes: Mistakes, free: Sequence[Hypothesis], values: Array) -> Mistakes:
-    place = 0
+    numbers, place, moved = values.tolist(), 0, dict[Hypothesis, Value]()
     for hypothesis in free:
         if hypothesis.scale:
-            mistakes = with_value(mistakes, hypothesis, tuple(values[place : place + hypothesis.dimension].tolist()))
+            moved[hypothesis] = tuple(numbers[place : place + hypothesis.dimension])
         else:
-            mistakes = with_value(mistakes, hypothesis, float(np.clip(values[place], *hypothesis.bounds)))
+            least, most = hypothesis.bounds
+            moved[hypothesis] = min(max(numbers[place], least), most)
         place += hypothesis.dimension
-    return mistakes
+    return tuple(Mistake(m.hypothesis, moved[m.hypothesis]) if m.hypothesis in moved else m for m in mistakes)
 
 
 def first_step(value: float, hypothesis: Hypothesis) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from tumble.compare.grade.hypotheses.explanation import Mistakes
 from tumble.compare.grade.measure.significance import ResidualScale
 from tumble.compare.grade.search.evaluator import Evaluator
-from tumble.compare.grade.search.least_squares import Fit, free_values
+from tumble.compare.grade.search.least_squares import Fit
 from tumble.compare.grade.search.shells import NOISY_ROWS, ROWS, Shells, finite
 from tumble.compare.grade.search.simulations import Simulations
 from tumble.scenarios.frames import Array
@@ -94,8 +94,7 @@ class Parts:
     def _slopes(self, mistakes: Mistakes) -> Array:
         """Return the derivatives of residuals by the values that are fitted, (P, T, K, 3)."""
         errors = self._simulations.errors([mistakes])[0]
-        free = free_values(mistakes)
-        return self._fit.directions(mistakes, free, errors) if free else np.empty((0, *errors.shape))
+        return self._fit.directions(mistakes, errors)
 
     def _screened(self, mistakes: Mistakes, programs: Sequence[Mistakes], slopes: Array) -> Array:
         """Return the scores of programs that are a change away from one; coarsely simulated, if that is far off."""

@@ -52,19 +52,19 @@ def fitted(mistakes, valley=None):
 
 
 def test_a_single_number_is_found_between_those_tried_first():
-    ((found,), weight, score) = fitted((Mistake(SIZE, 1.5),))
-    assert found.value == pytest.approx(1.1, abs=1e-6)
-    assert weight == score == pytest.approx(0.0, abs=1e-3)
+    found = fitted((Mistake(SIZE, 1.5),))
+    assert value_of(found.mistakes, SIZE) == pytest.approx(1.1, abs=1e-6)
+    assert found.weight == found.score == pytest.approx(0.0, abs=1e-3)
 
 
 def test_two_numbers_are_found_together():
-    found = fitted((Mistake(SIZE, 1.5), Mistake(TIME, -1.0)))[0]
+    found = fitted((Mistake(SIZE, 1.5), Mistake(TIME, -1.0))).mistakes
     assert (value_of(found, SIZE), value_of(found, TIME)) == pytest.approx((1.1, 0.3), abs=1e-6)
 
 
 def test_a_value_never_leaves_those_tried_first():
     narrow = hypothesis("size", (0.5, 0.8))
-    assert value_of(fitted((Mistake(narrow, 0.5),))[0], narrow) == 0.8
+    assert value_of(fitted((Mistake(narrow, 0.5),)).mistakes, narrow) == 0.8
 
 
 def test_a_time_that_takes_effect_at_ticks_is_moved_by_ticks():
@@ -78,9 +78,21 @@ def test_a_time_that_takes_effect_at_ticks_is_moved_by_ticks():
     valley = Ticks()
     valley.tick = 0.125
     late = hypothesis("late", (0.0, 1.0, 2.0, 3.0), at_ticks=True)
-    ((found,), _, score) = fitted((Mistake(late, 1.0),), valley)
-    assert 16 * valley.tick < found.value <= 17 * valley.tick
-    assert score == 0.0
+    found = fitted((Mistake(late, 1.0),), valley)
+    assert 16 * valley.tick < value_of(found.mistakes, late) <= 17 * valley.tick
+    assert found.score == 0.0
+
+
+def test_values_are_fitted_together_as_alone_and_in_parts_as_at_once():
+    programs = [(), (Mistake(SIZE, 2.0),), (Mistake(SIZE, 1.5), Mistake(TIME, -1.0)), (Mistake(TIME, 1.0),)]
+    fit = Fit(cast(Simulations, cast(Any, Valley())))
+    alone = [fit.fitted(program) for program in programs]
+    together = fit.advanced(fit.begun(programs), 1)
+    assert not all(each.is_done for each in together)  # so that there are parts
+    together = fit.advanced(together)
+    for one, other in zip(alone, together, strict=True):
+        assert (one.mistakes, one.weight, one.score) == (other.mistakes, other.weight, other.score)
+        assert np.array_equal(one.errors, other.errors)
 
 
 def test_steps_and_choices_are_not_fitted():

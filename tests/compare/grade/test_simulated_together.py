@@ -8,10 +8,12 @@ import pytest
 from explained import evaluator_of
 from pose_files import write_poses
 
+from tumble.compare.grade.hypotheses.explanation import Mistake
 from tumble.compare.grade.hypotheses.mistakes.axes import signed_permutations
 from tumble.compare.grade.hypotheses.mistakes.output import _in_axes
 from tumble.compare.grade.model.kernel.dynamics import EXPLICIT, QUATERNION, Scheme
 from tumble.compare.grade.model.program_model import FINE, Pose, correct_program, outputs
+from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.kernels import first_alike, pose_residuals, precisions_of, squares_of
 from tumble.compare.grade.search.shells import _arms
 from tumble.scenarios.read import read_scene
@@ -50,6 +52,35 @@ def test_programs_simulated_together_are_those_simulated_alone(name, tmp_path):
         assert np.array_equal(together.x, alone.x, equal_nan=True)
         assert np.array_equal(together.axes, alone.axes, equal_nan=True)
         assert np.array_equal(together.q, alone.q, equal_nan=True)
+
+
+def test_what_a_program_writes_is_changed_once_in_a_search(tmp_path):
+    """A body of another size changes the vertices in the file, as mistakes of the output do."""
+    scene = read_scene("brick-tumble")
+    times = np.linspace(0.0, 0.5, 26)
+    right, corners = correct_program(scene, 0).output(times, FINE), scene.body.points
+    names = [f"v{number}{axis}_m" for number in range(len(corners)) for axis in "xyz"]
+    rows = (right.x[:, None] + np.einsum("tij,kj->tki", right.axes, corners)).reshape(len(times), -1)
+    np.savetxt(
+        file := tmp_path / "right.csv",
+        np.column_stack((times, rows)),
+        "%.12g",
+        ",",
+        header=",".join(("t_s", *names)),
+        comments="",
+    )
+    evaluator, every = evaluator_of(file, scene)
+    size, inverted = (
+        next(h for h in every if h.name == name) for name in ("wrong-body-size-along-x", "attitude-inverted")
+    )
+    simulations = CausalSearch(evaluator)._simulations
+    for mistakes in ((Mistake(size, 1.3),), (Mistake(inverted),), (Mistake(size, 1.3), Mistake(inverted))):
+        pose = evaluator.program_with(mistakes).output(simulations.shells.times, simulations.fineness)
+        expected = simulations.shells.residuals(pose.x[None], pose.axes[None], True)
+        for known in ("not yet", "from before"):
+            np.testing.assert_allclose(
+                simulations.errors([mistakes, ()])[:1], expected, rtol=1e-9, atol=1e-3, err_msg=known
+            )
 
 
 def test_the_squares_of_residuals_are_means_over_shells_and_blocks():
