@@ -142,6 +142,8 @@ class CausalSearch(Changes):
                 if not pool[0].is_whole or _is_vague(pool[0]):
                     pool = self._named(pool, then)
                 alike = [c.mistakes for c in _distinct(pool)[:SWAPPED]]
+                # Later, a linear law may be better than the one that the first rows are nearest to.
+                alike += [self._fitted(each).mistakes for each in self._proposals.with_plain_damping(alike[0])]
                 before = until
         except SearchStopped:
             self.is_stopped = True

@@ -22,6 +22,8 @@ SCHEMES, HOPEFUL = 6, 24
 PLACED, DETAILED = 32, 10
 # Radians in a step from which the length of the right one is estimated.
 SHORT = 0.3
+# Radians in a step from which errors grow in no order.
+LONG = 0.4
 # Residuals in floors of rows that are right; effects that cannot be seen, and that can; and one as good as infinite.
 RIGHT, UNSEEN, SEEN = 3.0, 1e-3, 10.0
 HUGE = 1e12
@@ -182,15 +184,21 @@ class Changes(Parts):
             shares.update(zip(same, own, strict=True))
             if hoped:
                 gained = max(gained, self._gain(found[same], errors, slopes, own))
+        # Errors of steps in which the body turns far grow in no order.
+        long = self._proposals.long_steps(mistakes, self._until, LONG * turn_s)
+        tried = [(kind, self._upon(kind, s)) for kind in kinds for s in long]
         if gained < hoped:
-            return []
+            return tried
+        wanted += tried
         for number, share in shares.items():
             if share <= 0:
                 continue
             # Parts of a scheme have errors of other orders, and a limit has one of order 1 in any method.
             ideals = [first * share ** (1 / order) for order in {1, kinds[number].order}]
             nearest = {s for ideal in ideals for s in self._proposals.steps_near(mistakes, self._until, ideal)}
-            wanted += [(kinds[number], self._upon(kinds[number], s)) for s in sorted(nearest) if s != first]
+            wanted += [
+                (kinds[number], self._upon(kinds[number], s)) for s in sorted(nearest) if s != first and s not in long
+            ]
         # What happens at a tick does so by leaps: no length of a step follows from another one.
         at_ticks = any(m.hypothesis.at_ticks for m in mistakes)
         steps = [step for step in self._context.parts if at_ticks and step != first]

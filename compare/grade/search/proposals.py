@@ -53,6 +53,7 @@ AS_NEAR = 3.0
 # Row intervals by which rows may be late.
 LATE = (-1, 1, 2, 3, 4, 5)
 DAMPED = ("linear damping", "angular damping")
+PLAIN_DAMPING = ("linear-damping", "angular-damping")
 # Values of a mistake that are tried first, at most.
 MOST_VALUES, MOST_IF_LINEAR = 9, 5
 # Times that are tried in a run; and shares by which limits are below what the program reaches.
@@ -71,7 +72,7 @@ PARTS, IN_A_TICK = (1, 2, 3, 4, 5, 8, 10, 16, 20, 32, 40, 80), (1, 2, 4, 8)
 NEXT, CLOSE, WIDE = 2, 0.1, 0.7
 # Parts of the longest step with which one is looked for that has the scene's events at its ticks.
 FIRST = (1, 2, 3, 4, 5)
-# Parts that are tried even if they seem too long, as errors of very long steps grow in no order.
+# Parts that are tried even if they seem too long.
 ALWAYS = (1, 2)
 # Steps that differ from another by less than this factor are similar.
 SIMILAR = 1.7
@@ -166,6 +167,15 @@ class Proposals:
             if place != AS_FORCE and (not used or DAMPING_PLACES[place] in used):
                 yield self.schemes.damping(kind, place, LINEARLY)
 
+    def with_plain_damping(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+        """Yield a program with linear laws in the place of all others: in a short run they do nearly the same."""
+        plain = {h.part: h for h in self.hypotheses if h.name in PLAIN_DAMPING}
+        moved = [m.hypothesis.part in plain and m.hypothesis.name not in PLAIN_DAMPING for m in mistakes]
+        if any(moved):
+            yield self.ordered(
+                [Mistake(plain[m.hypothesis.part]) if other else m for m, other in zip(mistakes, moved, strict=True)]
+            )
+
     def angular_damping(self, mistakes: Mistakes) -> Hypothesis:
         """Return damping of the rotation, after the forces of a step if there are steps."""
         used = [m.hypothesis for m in mistakes if m.hypothesis.part == "linear damping" and m.hypothesis.details]
@@ -214,7 +224,7 @@ class Proposals:
         yield from self._with_other_details(mistakes)
 
     def _with_other_details(self, mistakes: Mistakes) -> Iterator[tuple[object, Mistakes]]:
-        """Yield programs with another method of the same step, other substeps of the centre, or other ticks of events.
+        """Yield programs with another method of the same step, or other substeps of the centre or ticks of events.
 
         Methods of high order do nearly the same in short steps, so only one of them may have been tried in this one.
         """
@@ -225,6 +235,10 @@ class Proposals:
         for own, step in self._own_step(mistakes):
             for substeps in SUBSTEPS if not own.explicit else ():
                 yield ("details",), self._with_step(mistakes, step, replace(own, substeps=substeps))
+            # Kinds of schemes have neither substeps nor ticks of several steps.
+            for rotation, normalise_every in ROTATIONS if max(own.substeps, own.steps_a_tick) > 1 else ():
+                turned = replace(own, rotation=rotation, normalise_every=normalise_every)
+                yield ("rotation",), self._with_step(mistakes, step, turned)
         for program in self.with_other_ticks(mistakes):
             yield ("ticks",), program
 
@@ -355,7 +369,8 @@ class Proposals:
             for kind in self.with_other_schemes(mistakes):
                 hypothesis, other = kind.hypothesis, self.schemes.of_step(kind.hypothesis)
                 if own and other:
-                    hypothesis = self.schemes.step(replace(other, steps_a_tick=own.steps_a_tick))
+                    substeps = 1 if other.explicit else own.substeps
+                    hypothesis = self.schemes.step(replace(other, steps_a_tick=own.steps_a_tick, substeps=substeps))
                 yield self.ordered((*kind.others, Mistake(hypothesis, step.value)))
 
     def with_other_steps(self, mistakes: Mistakes) -> Iterator[Mistakes]:
@@ -394,6 +409,11 @@ class Proposals:
             others = []
         found = dict.fromkeys([*(interval / part for part in (*ALWAYS, *usual, nearest)), *others])
         return [step for step in found if until <= MOST_STEPS * step]
+
+    def long_steps(self, mistakes: Mistakes, until: float, longer: float) -> list[float]:
+        """Return the longest steps that a program may take [s], if they are longer than a length."""
+        steps = [self._interval(mistakes) / part for part in ALWAYS]
+        return [step for step in steps if step > longer and until <= MOST_STEPS * step]
 
     def short_steps(self, until: float) -> list[float]:
         """Return the steps that divide a row interval [s], without those that are too short for a run until a time."""
