@@ -20,6 +20,8 @@ from tumble.scenarios.frames import Array
 
 # Programs of many that are followed beyond the first part of the run.
 FOLLOWED = 60
+# Alternatives of which the first step of a fit shows which are nearest.
+LIKELY = 60
 # Changes that are fitted, of all that are tried; steps of their fits after which, of these and of schemes, so many are
 # fitted to the end.
 FITTED, FIRST_STEPS, LIKELIEST = 10, 2, 5
@@ -286,10 +288,14 @@ class CausalSearch(Changes):
             self.look_at_all()
             self.stop_at(stops_at)
             self._fit.is_free = False
-        likely = [m for m in sorted(weights, key=weights.__getitem__)[:FITTED] if weights[m] < least + 2 * ALIKE]
-        fits = sorted(((self._fitted(m), m) for m in likely), key=lambda fit: fit[0].weight)
+        likely = [m for m in sorted(weights, key=weights.__getitem__)[:LIKELY] if weights[m] < least + 2 * ALIKE]
+        # The values of the best one have made the weights too small of programs that do not have all of them.
+        fits = zip(likely, self._fit.advanced(self._fit.begun(likely), 1), strict=True)
+        nearest = sorted(fits, key=lambda each: each[1].weight + self._cost(each[0]))[:FITTED]
+        self._fit.advanced([fit for _, fit in nearest])
+        found = sorted(((self._candidate(fit), m) for m, fit in nearest), key=lambda each: each[0].weight)
         # Values that are plain already may be better than those that fit some of the rows best.
-        both = [each for fit, m in fits if fit.weight < least + ALIKE for each in (m, fit.mistakes)]
+        both = [each for best, m in found if best.weight < least + ALIKE for each in (m, best.mistakes)]
         return list(dict.fromkeys(both))
 
     def _nearly_as_good(self, programs: Sequence[Mistakes], best: Mistakes) -> dict[Mistakes, float]:
