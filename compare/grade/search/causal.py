@@ -138,7 +138,9 @@ class CausalSearch(Changes):
                 nearly, half = ([c.mistakes for c in single if c.score < share * whole] for share in (NEARLY, HALF))
                 then = [c.mistakes for c in single[:SINGLE]]
                 others = filter(self._turns, dict.fromkeys((*half[:KEPT], *then)))
-                others = chain(self._same_before(begun[0], before), others)
+                # What the first row shows may have several reasons, none of which explains much without what else is wrong.
+                alternatives = () if before else begun[1:]
+                others = chain(alternatives, self._same_before(begun[0], before), others)
                 pool = self._explored([*begun, *nearly[:KEPT], *self._known], others)
                 pool = self._swapped(pool, alike)
                 if not pool[0].is_whole or _is_vague(pool[0]):
