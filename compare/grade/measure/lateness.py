@@ -53,6 +53,22 @@ def _shown(times: Array, vertices: Array, start: Array, floors_m: Array) -> Late
     return early if early and early.seconds < -least else None
 
 
+def first_motion(times: Array, vertices: Array, true: Array, floors_m: Array) -> tuple[float, float] | None:
+    """Return the rows between which a body begins to move, [s], that should move from the start on; None if it does.
+
+    times [s], (S,); vertices and true: in the file and of the scene [m], (S, K, 3); floors_m: (S, 3).
+    """
+
+    def first_moved(places: Array) -> int:
+        moved = np.square((places - places[0]) / floors_m[:, None]).mean(axis=(1, 2))
+        return int(np.argmax(moved > RESTING**2))
+
+    with np.errstate(all="ignore"):  # a run that diverged
+        first, right = first_moved(vertices), first_moved(true)
+    is_late = times[0] == 0.0 and right == 1 < first
+    return (float(times[first - 1]), float(times[first])) if is_late else None
+
+
 def _of_all(times: Array, vertices: Array, first: int, place: Array) -> Lateness | None:
     """Return when all vertices have been at a place; None if their centre was there at another time than the rest.
 

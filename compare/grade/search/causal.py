@@ -138,7 +138,7 @@ class CausalSearch(Changes):
                 nearly, half = ([c.mistakes for c in single if c.score < share * whole] for share in (NEARLY, HALF))
                 then = [c.mistakes for c in single[:SINGLE]]
                 others = filter(self._turns, dict.fromkeys((*half[:KEPT], *then)))
-                # What the first row shows may have several reasons, none of which explains much without what else is wrong.
+                # What the first row shows may have several reasons, each of which explains little alone.
                 alternatives = () if before else begun[1:]
                 others = chain(alternatives, self._same_before(begun[0], before), others)
                 pool = self._explored([*begun, *nearly[:KEPT], *self._known], others)
@@ -161,7 +161,13 @@ class CausalSearch(Changes):
         Each explains the first row, if one mistake does.
         """
         late = self._evaluator.lateness
-        self._known = self._proposals.late(late) if late else [()]
+        if late:
+            self._known = self._proposals.late(late)
+        elif between := self._evaluator.first_motion:
+            programs = self._proposals.begins_between(*between)
+            self._begin(self._horizons()[0])
+            scores = self._profiled(programs, np.empty(0))
+            self._known = [*(programs[number] for number in np.argsort(scores, kind="stable")[:KEPT]), ()]
         self._look_at(float(self._sample.times[0]))
         return [each for known in self._known for each in self._explaining_first_row(known)]
 

@@ -8,7 +8,7 @@ import numpy as np
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.measure.errors import SampledRows
-from tumble.compare.grade.measure.lateness import Lateness, lateness
+from tumble.compare.grade.measure.lateness import Lateness, first_motion, lateness
 from tumble.compare.grade.measure.noise import white_noise_m
 from tumble.compare.grade.measure.significance import (
     EXPLAINED,
@@ -147,6 +147,12 @@ class Evaluator:
         """By how much the rows are late, if their first interval shows it."""
         rows = self.rows
         return lateness(rows.times, rows.vertices, rows.true, self.search_scale.floors_m)
+
+    @cached_property
+    def first_motion(self) -> tuple[float, float] | None:
+        """The rows [s] between which the body begins to move, if it rests for longer than an interval."""
+        rows = self.rows
+        return first_motion(rows.times, rows.vertices, rows.true, self.search_scale.floors_m)
 
     @cached_property
     def _null_in_common(self) -> float:

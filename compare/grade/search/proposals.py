@@ -14,6 +14,7 @@ from tumble.compare.grade.hypotheses.hypothesis import STEPS as STEPS_S
 from tumble.compare.grade.hypotheses.names import (
     CLOCK_OFFSET,
     GYROSCOPIC_TERM_MISSING,
+    LOG_LAG,
     RARELY_NORMALISED,
     RUNGE_KUTTA_4,
     SPIN_RECOVERED,
@@ -50,6 +51,8 @@ STEPS_A_TICK = (1, 2, 4, 8)
 RARE = (2, 5, 10, 20, 50, 60, 100)
 # Errors by which a measured lateness may be off a usual one.
 AS_NEAR = 3.0
+# Parts of a row interval after which a body may begin to move, and most usual steps in which it may rest.
+PARTS_AT_REST, MOST_AT_REST = (1, 2, 3, 4, 5), 10
 # Row intervals by which rows may be late.
 LATE = (-1, 1, 2, 3, 4, 5)
 DAMPED = ("linear damping", "angular damping")
@@ -117,6 +120,7 @@ class Proposals:
         self._parts = {h.part: n for n, h in reversed(list(enumerate(hypotheses)))}
         self._recovered = next(h for h in hypotheses if h.name == SPIN_RECOVERED)
         self._offset = next(h for h in hypotheses if h.name == CLOCK_OFFSET)
+        self._asleep = [h for h in hypotheses if h.name == LOG_LAG]
         self._rarely = next(h for h in hypotheses if h.name == RARELY_NORMALISED)
         self._equal = float(np.ptp(context.program.moments)) == 0.0
         self._event_times = np.array([impulse.time for impulse in context.program.impulses])
@@ -204,6 +208,17 @@ class Proposals:
         between = [tick for tick in ticks if tick.hypothesis.change(self._context.program, time).clock.lag == 1.0]
         log = self.schemes.late(1 if measured.seconds > 0 else -1)._replace(value=time)
         return [(log,), *((tick,) for tick in between if measured.seconds > 0)]
+
+    def begins_between(self, first: float, last: float) -> list[Mistakes]:
+        """Return programs that begin to move at usual times from the first to the last one [s]."""
+        spacing, found = self._context.spacing_s, dict[float, None]()
+        usual = (step for step in STEPS_S if last <= MOST_AT_REST * step)
+        for step in (*(spacing / part for part in PARTS_AT_REST), *usual):
+            for number in range(math.ceil(first / step - NEAR), math.ceil(last / step - NEAR)):
+                if all(abs(time - number * step) > NEAR * time for time in found):
+                    found[number * step] = None
+        hypotheses = (self.schemes.late(1).hypothesis, *self._asleep)
+        return [(Mistake(hypothesis, time),) for hypothesis, time in product(hypotheses, found)]
 
     def with_others(self, mistakes: Mistakes, run: Run) -> Iterator[tuple[object, Mistakes]]:
         """Yield programs with another mistake of the same part, or of a twin, in the place of one; with a key."""
