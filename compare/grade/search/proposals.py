@@ -248,8 +248,10 @@ class Proposals:
             for method in (each for each in self._methods if each is not step.hypothesis):
                 yield method, self.ordered((*others, step._replace(hypothesis=method)))
         for own, step in self._own_step(mistakes):
-            for substeps in SUBSTEPS if not own.explicit else ():
-                yield ("details",), self._with_step(mistakes, step, replace(own, substeps=substeps))
+            # Rotations without a gyroscopic term are the same in explicit steps.
+            moved = replace(own, explicit=False, other_axes=own.other_axes and not own.explicit)
+            for substeps in SUBSTEPS:
+                yield ("details",), self._with_step(mistakes, step, replace(moved, substeps=substeps))
             # Kinds of schemes have neither substeps nor ticks of several steps.
             for rotation, normalise_every in ROTATIONS if max(own.substeps, own.steps_a_tick) > 1 else ():
                 turned = replace(own, rotation=rotation, normalise_every=normalise_every)

@@ -6,12 +6,15 @@ from math import exp
 from pathlib import Path
 
 import pytest
+from explained import evaluator_of, explained
 from programs import Program, fly, read, write
 
 from tumble.compare.grade.grade import grade
 from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_FORMS
+from tumble.compare.grade.hypotheses.explanation import Mistake
 from tumble.compare.grade.model.kernel.dynamics import EXPONENTIALLY, IMPLICITLY, LINEARLY
 from tumble.compare.grade.search.closing import left_in_a_step, rate_of_a_step
+from tumble.compare.grade.search.proposals import Proposals
 from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY
 from tumble.reports.grade import evidence
 from tumble.scenarios.read import read_scene, scene_path
@@ -95,3 +98,30 @@ def test_no_step_of_an_explanation_makes_the_error_larger(tmp_path):
     assert all(before > after for before, after in figures)
     numbers = [int(line.strip().partition(".")[0]) for line in evidence(found.diagnosis)]
     assert numbers == list(range(1, len(found.diagnosis.best.mistakes) + 1))
+
+
+def test_a_game_loop_is_named_whose_first_rows_are_nearer_to_another_law_of_drag(tmp_path):
+    """In the first rows, steps of 4 ms and linear damping look like quadratic drag, and later like another start."""
+    path = scene_path("table-4-1")
+    program = Program(
+        method="symplectic", dt=0.004, every=4, linear=1.0, angular=0.2, damps="before it moves", until=0.5
+    )
+    file = write(tmp_path / "loop.csv", fly(path, program), read(path).vertices, form="{:.5g}".format)
+    values = explained(file, read_scene("table-4-1"), search_s=0.5)
+    assert values == {
+        "linear-damping": pytest.approx(1.0), "angular-damping": pytest.approx(0.2),
+        "symplectic-euler": pytest.approx(0.004),
+    }  # fmt: skip
+
+
+def test_linear_laws_are_tried_in_the_place_of_others(tmp_path):
+    path = scene_path("brick-tumble")
+    file = write(tmp_path / "right.csv", fly(path, Program(until=1.0)), read(path).vertices)
+    evaluator, every = evaluator_of(file, read_scene("brick-tumble"))
+    proposals, by_name = Proposals(evaluator.context, every), {each.name: each for each in every}
+    program = [Mistake(by_name[name], 0.1) for name in ("quadratic-drag", "dry-angular-friction", "clock-rate")]
+    [plain] = proposals.with_plain_damping(proposals.ordered(program))
+    assert {m.hypothesis.name: m.value for m in plain} == {
+        "linear-damping": 0.0, "angular-damping": 0.0, "clock-rate": 0.1,
+    }  # fmt: skip
+    assert not list(proposals.with_plain_damping(plain))

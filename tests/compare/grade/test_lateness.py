@@ -11,7 +11,7 @@ from programs import read, write
 from scipy.spatial.transform import Rotation
 
 from tumble.compare.grade.grade import grade
-from tumble.compare.grade.measure.lateness import lateness
+from tumble.compare.grade.measure.lateness import first_motion, lateness
 from tumble.scenarios.read import read_scene, scene_path
 
 SPACING_S = 0.02
@@ -71,6 +71,24 @@ def test_it_is_measured_as_exactly_as_it_says(late_s):
 def test_it_is_not_told_where_rows_do_not_show_it(how):
     """Early rows do not come from a start elsewhere; one that an impulse moves later has such true rows."""
     assert measured(**how) is None
+
+
+def begins(late_s, true_late_s=0.0, **how):
+    """Return between which rows such a body begins to move, of a scene that begins to move at another time."""
+    times, vertices = rows_of(late_s, **how)
+    true, floor_m = places(np.maximum(times - true_late_s, 0.0)), max(HALF_M, how.get("noise_m", 0.0))
+    return first_motion(times, vertices, true, np.full((len(times), 3), floor_m))
+
+
+@pytest.mark.parametrize("noise_m", [0.0, 1e-3])
+@pytest.mark.parametrize(("late_s", "between"), [(0.025, (0.02, 0.04)), (0.04, (0.04, 0.06)), (0.11, (0.1, 0.12))])
+def test_a_body_that_rests_for_whole_intervals_begins_to_move_between_two_rows(late_s, between, noise_m):
+    assert begins(late_s, noise_m=noise_m) == pytest.approx(between)
+
+
+@pytest.mark.parametrize("how", [{"late_s": 0.015}, {"late_s": 0.05, "true_late_s": 0.05}], ids=["late", "an impulse"])
+def test_a_body_that_moves_in_the_first_interval_or_should_rest_in_it_begins_nowhere_else(how):
+    assert begins(**how) is None
 
 
 def late_rows(throw, late, **program):
@@ -137,3 +155,13 @@ def test_what_the_first_rows_show_is_known_before_the_search(tmp_path, hit):
     gravity = [found.pop(name) for name in ("gravity-doubled", "gravity-wrong-magnitude") if name in found]
     assert gravity in ([0.0], [pytest.approx(2.0)])
     assert found.keys() == {"start-attitude-missing", "gyroscopic-term-missing", "explicit-euler", "log-lag"}
+
+
+def test_a_measured_body_is_named_that_rests_for_rows(tmp_path):
+    """Noise hides how late its rows are; rows that are a step late and interpolated are nearly as good at first."""
+    throw = read(scene_path("brick-tumble"))
+    rows = late_rows(throw, 2, dt=0.01, every=2, until=2.0)
+    random = np.random.default_rng(4)
+    noisy = [(t, x + 2e-4 * random.standard_normal(3), *rest) for t, x, *rest in rows]
+    file = write(tmp_path / "late.csv", noisy, throw.vertices, form="{:.9g}".format)
+    assert explained(file, read_scene("brick-tumble"), 0.3)["log-lag"] == pytest.approx(0.04)

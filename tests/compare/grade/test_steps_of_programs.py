@@ -53,6 +53,20 @@ def test_a_step_in_which_the_body_turns_by_radians_is_named(tmp_path):
     assert values == {"symplectic-euler": pytest.approx(0.02)}
 
 
+@pytest.mark.parametrize(("scene", "are_tried"), [("spin-fast", True), ("brick-tumble", False)])
+def test_every_scheme_is_tried_in_steps_in_which_the_body_turns_far(tmp_path, scene, are_tried):
+    """One that seems to make the error larger in short steps, or to do what another one does, may be right in those."""
+    path, spacing_s = scene_path(scene), 0.01
+    rows = fly(path, Program(dt=spacing_s / 10, every=10, until=0.3))
+    file = write(tmp_path / "right.csv", rows, read(path).vertices)
+    search = CausalSearch(evaluator_of(file, read_scene(scene))[0])
+    kinds, programs = list(search.proposals.with_other_schemes(())), search._upon_steps(())
+    for step_s in (spacing_s, spacing_s / 2):
+        lengths = [(kind, next(m.value for m in made if m.hypothesis.part == STEPS)) for kind, made in programs]
+        tried = {kind.key for kind, length in lengths if length == pytest.approx(step_s)}
+        assert ({kind.key for kind in kinds} == tried) == are_tried
+
+
 def test_w_in_world_axes_that_turns_the_body_as_if_in_body_axes_is_named_upon_a_scheme(tmp_path):
     values = named(tmp_path, "two-hits", dt=1 / 240, every=4, wrong_side=True)
     assert values.keys() == {"angular-velocity-in-wrong-frame", "symplectic-euler"}
@@ -111,6 +125,26 @@ def test_a_quaternion_that_is_normalised_rarely_is_tried_with_its_update(proposa
     assert euler.startswith("explicit Euler with a step of 0.01 s")
     assert "quaternion updated to first order" in euler
     assert all("only every" not in m.text for program in proposals.with_details(rarely) for m in {*program} - {*rarely})
+
+
+@pytest.mark.parametrize("proposals", ["dzhanibekov"], indirect=True)
+@pytest.mark.parametrize("details", [{"substeps": 4}, {"steps_a_tick": 2}], ids=["substeps", "ticks"])
+def test_details_of_a_step_are_kept_with_another_rotation(proposals, details):
+    """A kind of scheme has none."""
+    own = Step("explicit", "exponential", **details)
+    wanted = proposals.schemes.step(replace(own, rotation="second order"))
+    step = Mistake(proposals.schemes.step(own), 0.01)
+    assert (Mistake(wanted, 0.01),) in [program for _, program in proposals._with_other_details((step,))]
+    assert (Mistake(wanted, 0.01),) in list(proposals.with_same_step((step,)))
+
+
+@pytest.mark.parametrize("proposals", ["dzhanibekov"], indirect=True)
+def test_the_centre_of_an_explicit_step_may_move_as_in_a_symplectic_one(proposals):
+    """Where the rotation has no gyroscopic term, it is the same in both."""
+    own = Step("none", "first order", explicit=True, other_axes=True)
+    wanted = proposals.schemes.step(Step("none", "first order", substeps=4))
+    step = Mistake(proposals.schemes.step(own), 0.01)
+    assert (Mistake(wanted, 0.01),) in [program for _, program in proposals._with_other_details((step,))]
 
 
 def falling(folder):
