@@ -50,8 +50,6 @@ UNUSUAL, LIKELY = 4.0, 1.0
 # components in world axes or in body axes stay then.  Rotations of the matrix are those of programs with world axes.
 TURNED_ASIDE = frozenset({"midpoint", "gram-schmidt", "axis by axis"})
 OF_THE_MATRIX = frozenset({"gram-schmidt", "axis by axis"})
-# Powers of e by which a body slows down at the largest rate that is fitted: the first eighth of the run shows it.
-MOST_DAMPED = 40.0
 
 
 @dataclass(frozen=True)
@@ -242,7 +240,7 @@ def _damping(kind: str, place: int, form: int, duration: float, beside: str) -> 
     found = Hypothesis(f"{kind}-damping", f"{kind} damping", text, change, unit="1/s", details=details)
     if not duration:
         return found
-    return replace(found, values=damping_rates(duration, MOST_DAMPED), named_values=RATES, neutral=0.0)
+    return replace(found, values=damping_rates(duration), named_values=RATES, neutral=0.0)
 
 
 def _impulse_as_force() -> Hypothesis:

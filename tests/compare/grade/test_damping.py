@@ -100,6 +100,16 @@ def test_no_step_of_an_explanation_makes_the_error_larger(tmp_path):
     assert numbers == list(range(1, len(found.diagnosis.best.mistakes) + 1))
 
 
+@pytest.mark.parametrize("kind", ["linear", "angular"])
+def test_a_body_that_nearly_stops_is_named(tmp_path, kind):
+    """Its velocity is a hundredth of what it was after half of the run."""
+    found = graded(tmp_path, "brick-tumble", dt=1 / 600, every=10, method="rk4", damped="force", **{kind: 5.0})
+    assert found.verdict == EXPLAINED_WHOLLY
+    assert {m.hypothesis.name: m.value for m in found.diagnosis.best.mistakes} == {
+        f"{kind}-damping": pytest.approx(5.0, rel=1e-6)
+    }
+
+
 def test_a_game_loop_is_named_whose_first_rows_are_nearer_to_another_law_of_drag(tmp_path):
     """In the first rows, steps of 4 ms and linear damping look like quadratic drag, and later like another start."""
     path = scene_path("table-4-1")

@@ -27,6 +27,9 @@ DIRECTIONS = tuple(sign * axis for axis in np.eye(3) for sign in (1.0, -1.0))
 # Default rates of engines [1/s].
 RATES = {0.01: "", 0.04: "", 0.05: "", 0.1: "", 0.5: "", 1.0: ""}
 BULLET = 0.04
+# Powers of e by which a body slows down in a run at the largest rate that is fitted, which its first eighth shows; and
+# by which it gets faster.
+MOST_DAMPED, MOST_GROWN = 40.0, 4.0
 # Weight that damping costs beside drag of the scene.
 LESS_LIKELY = 8.0
 # Weight that damping along one axis alone costs, and a limit of each component.
@@ -137,7 +140,7 @@ def _gravity_delayed(context: Context) -> Hypothesis:
     )
 
 
-def damping_rates(duration: float, most: float = 4.0) -> tuple[float, ...]:
+def damping_rates(duration: float, most: float = MOST_DAMPED) -> tuple[float, ...]:
     """Return rates [1/s] with which a run of `duration` seconds slows down by up to `most` powers of e."""
     return grid(1e-3 / duration, most / duration, 11)
 
@@ -176,7 +179,7 @@ def _damping(context: Context) -> Iterator[Hypothesis]:
             f"{kind} damping",
             f"{kind} damping with the wrong sign: {what} grows at {{}} /s",
             lambda program, rate, place=place: damped(program, {place: -rate}, AS_FORCE),
-            damping_rates(context.duration),
+            damping_rates(context.duration, MOST_GROWN),
             named_values=RATES,
             unit="1/s",
             neutral=0.0,
