@@ -141,7 +141,7 @@ class Changes(Parts):
         ticks = [each for one in likely[:PLACED] for each in self._proposals.with_other_ticks(one)]
         every = dict.fromkeys((*likely[:PLACED], *detailed, *ticks, *self._damped(likely[:PLACED])))
         likely = self._turning_as_well(mistakes, list(every))
-        scores = self._profiled(likely, slopes)
+        scores = self._profiled(likely, self._slopes(mistakes))
         found = self._best_fitted([likely[number] for number in np.argsort(scores, kind="stable")[:HOPEFUL]])
         without = [tuple(m for m in one if not m.hypothesis.vague) for one in found]
         return [*found, *without]
@@ -230,25 +230,40 @@ class Changes(Parts):
         return self._proposals.ordered((*others, Mistake(kind.hypothesis, step)))
 
     def _damped(self, several: Sequence[Mistakes]) -> list[Mistakes]:
-        """Return schemes with the rotation damped at each place in the step; if it is, by what helps the first one."""
-        rates = {m.value for m in several[0] if m.hypothesis.part == "angular damping"}
-        if not rates:
-            hypothesis = self._proposals.angular_damping(several[0])
-            slopes, errors = self._slopes(several[0]), self._simulations.errors([several[0]])[0]
-            damped = self._proposals.ordered((*several[0], Mistake(hypothesis, 0.0)))
-            solved = self._solved([(damped, hypothesis)], slopes, errors)
-            tried = [several[0], *(each for _, ones in solved for each in ones)]
-            weights = self._profiled(tried, slopes)
-            best = int(np.argmin(weights))
-            if weights[0] - weights[best] < ALIKE:
-                return []
-            rates = {m.value for m in tried[best] if m.hypothesis is hypothesis}
-        return [each for one in several for each in self._proposals.damped_anywhere(one, max(rates))]
+        """Return schemes with damping at each place in the step, which they have or which helps the first one.
+
+        What steps do to the translation, and what damping does, may each explain little alone.
+        """
+        added: Mistakes = ()
+        for kind in self._damping_kinds:
+            if all(m.hypothesis.part != f"{kind} damping" for m in several[0]):
+                added += self._helpful_damping(kind, self._proposals.ordered((*several[0], *added)))
+        if not added and all(m.hypothesis.part != "angular damping" for m in several[0]):
+            return []
+        programs = [self._proposals.ordered((*one, *added)) for one in several]
+        return [each for one in programs for each in self._proposals.damped_anywhere(one)]
+
+    def _helpful_damping(self, kind: str, program: Mistakes) -> Mistakes:
+        """Return linear or angular damping that helps a program; nothing if none does."""
+        hypothesis = self._proposals.damping(kind, program)
+        slopes, errors = self._slopes(program), self._simulations.errors([program])[0]
+        damped = self._proposals.ordered((*program, Mistake(hypothesis, 0.0)))
+        solved = self._solved([(damped, hypothesis)], slopes, errors)
+        tried = [program, *(each for _, ones in solved for each in ones)]
+        weights = self._profiled(tried, slopes)
+        best = int(np.argmin(weights))
+        is_help = weights[0] - weights[best] >= ALIKE
+        return tuple(m for m in tried[best] if m.hypothesis is hypothesis) if is_help else ()
+
+    @property
+    def _damping_kinds(self) -> tuple[str, ...]:
+        """The kinds of damping that have an effect on what is looked at."""
+        return ("angular",) if self._fit.is_free else ("linear", "angular")
 
     def _all_slopes(self, mistakes: Mistakes) -> Array:
         """Return the derivatives by the values that are fitted, and by those of what programs in steps often have."""
         errors = self._simulations.errors([mistakes])[0]
-        usual = self._proposals.may_be_of_any_scheme(mistakes)
+        usual = self._proposals.may_be_of_any_scheme(mistakes, self._damping_kinds)
         wanted = [(self._proposals.ordered((*mistakes, Mistake(one, 0.0))), one) for one in usual]
         return np.concatenate((self._slopes(mistakes), *self._fit.directions_of(wanted, errors)))
 

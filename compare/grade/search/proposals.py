@@ -180,18 +180,19 @@ class Proposals:
                 [Mistake(plain[m.hypothesis.part]) if other else m for m, other in zip(mistakes, moved, strict=True)]
             )
 
-    def angular_damping(self, mistakes: Mistakes) -> Hypothesis:
-        """Return damping of the rotation, after the forces of a step if there are steps."""
-        used = [m.hypothesis for m in mistakes if m.hypothesis.part == "linear damping" and m.hypothesis.details]
+    def damping(self, kind: str, mistakes: Mistakes) -> Hypothesis:
+        """Return linear or angular damping, where the other one is, or after the forces of a step if there are steps."""
+        used = [m.hypothesis for m in mistakes if m.hypothesis.part in DAMPED and m.hypothesis.details]
         place = dict(used[0].details).get("damping-place", "") if used else DAMPING_PLACES[AFTER_FORCES]
         number = next((key for key, text in DAMPING_PLACES.items() if text == place), AFTER_FORCES)
         has_steps = any(m.hypothesis.part == STEPS for m in mistakes)
-        return self.schemes.damping("angular", number if has_steps else AS_FORCE, LINEARLY)
+        return self.schemes.damping(kind, number if has_steps else AS_FORCE, LINEARLY)
 
-    def may_be_of_any_scheme(self, mistakes: Mistakes) -> list[Hypothesis]:
-        """Return mistakes that programs in steps often have, of parts in which a program has none."""
+    def may_be_of_any_scheme(self, mistakes: Mistakes, kinds: Iterable[str]) -> list[Hypothesis]:
+        """Return mistakes that programs in steps often have, of parts in which one has none; kinds: of damping."""
         taken = {m.hypothesis.part for m in mistakes}
-        return [h for h in (self.angular_damping(mistakes), self._offset) if h.part not in taken]
+        damping = (self.damping(kind, mistakes) for kind in kinds)
+        return [h for h in (*damping, self._offset) if h.part not in taken]
 
     def late(self, measured: Lateness) -> list[Mistakes]:
         """Return programs whose rows are as late as they have been measured to be.
@@ -320,12 +321,9 @@ class Proposals:
         near = NEAR * min(tick, other)
         return any(abs(next_tick(time, tick) - next_tick(time, other)) > near for time in self._event_times.tolist())
 
-    def damped_anywhere(self, mistakes: Mistakes, rate: float) -> Iterator[Mistakes]:
-        """Yield programs with damping of the rotation at every place in the step, by a rate if they have none."""
-        if not any(m.hypothesis.part == "angular damping" for m in mistakes):
-            mistakes = (*mistakes, Mistake(self.angular_damping(mistakes), rate))
-        places = [program for _, program in self._with_other_places(mistakes)]
-        yield from places or [self.ordered(mistakes)]
+    def damped_anywhere(self, mistakes: Mistakes) -> list[Mistakes]:
+        """Return programs with their damping at every place in the step."""
+        return [program for _, program in self._with_other_places(mistakes)] or [mistakes]
 
     def with_other_schemes(self, mistakes: Mistakes) -> Iterator["SchemeKind"]:
         """Yield each kind of scheme upon which the other mistakes can be put, wherever in its step they happen."""
