@@ -181,7 +181,7 @@ class Proposals:
             )
 
     def damping(self, kind: str, mistakes: Mistakes) -> Hypothesis:
-        """Return linear or angular damping, where the other one is, or after the forces of a step if there are steps."""
+        """Return linear or angular damping, where the other one is or after the forces of a step if there are steps."""
         used = [m.hypothesis for m in mistakes if m.hypothesis.part in DAMPED and m.hypothesis.details]
         place = dict(used[0].details).get("damping-place", "") if used else DAMPING_PLACES[AFTER_FORCES]
         number = next((key for key, text in DAMPING_PLACES.items() if text == place), AFTER_FORCES)
