@@ -203,10 +203,11 @@ class Changes(Parts):
         at_ticks = any(m.hypothesis.at_ticks for m in mistakes)
         steps = [step for step in self._context.parts if at_ticks and step != first]
         steps += [step for step in self._proposals.event_steps(mistakes, first, self._until) if step not in steps]
-        wanted += [(kind, self._upon(kind, s)) for kind in kinds if self._proposals.is_plain(kind) for s in steps]
+        classical = [kind for kind in kinds if kind.hypothesis is self._proposals.classical]
+        plain = [*filter(self._proposals.is_plain, kinds), *classical]
+        wanted += [(kind, self._upon(kind, s)) for kind in plain for s in steps]
         # A limit in the classical method, which has no other effect that can be seen, depends on the step by leaps too.
         if any(m.hypothesis.limits for m in mistakes):
-            classical = [kind for kind in kinds if kind.hypothesis is self._proposals.classical]
             short = self._proposals.short_steps(self._until)
             wanted += [(kind, self._upon(kind, s)) for kind in classical for s in short]
         return wanted
