@@ -139,7 +139,9 @@ class Changes(Parts):
         likely = [tried[number][1] for number in best_of_each([kind.key for kind, _ in tried], scores)]
         detailed = [each for one in likely[:DETAILED] for each in self._proposals.with_details(one)]
         ticks = [each for one in likely[:PLACED] for each in self._proposals.with_other_ticks(one)]
-        every = dict.fromkeys((*likely[:PLACED], *detailed, *ticks, *self._damped(likely[:PLACED])))
+        moved = [] if self._fit.is_free else likely[:DETAILED]
+        moved = [each for one in moved for each in self._proposals.with_translation(one)]
+        every = dict.fromkeys((*likely[:PLACED], *detailed, *ticks, *moved, *self._damped(likely[:PLACED])))
         likely = self._turning_as_well(mistakes, list(every))
         scores = self._profiled(likely, self._slopes(mistakes))
         found = self._best_fitted([likely[number] for number in np.argsort(scores, kind="stable")[:HOPEFUL]])
