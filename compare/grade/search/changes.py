@@ -23,7 +23,7 @@ PLACED, DETAILED = 32, 10
 # Radians in a step from which the length of the right one is estimated.
 SHORT = 0.3
 # Radians in a step from which errors grow in no order.
-LONG = 0.4
+LONG = 1.0
 # Residuals in floors of rows that are right; effects that cannot be seen, and that can; and one as good as infinite.
 RIGHT, UNSEEN, SEEN = 3.0, 1e-3, 10.0
 HUGE = 1e12
@@ -134,28 +134,25 @@ class Changes(Parts):
         tried = [(kind, program) for kind, program in tried if program in turning]
         if not tried:  # no step is short enough, or leaves a right rotation right
             return []
-        slopes = self._all_slopes(mistakes)
+        slopes = self._all_slopes(mistakes, self._damping_kinds)
         scores = self._profiled([program for _, program in tried], slopes)
         likely = [tried[number][1] for number in best_of_each([kind.key for kind, _ in tried], scores)]
         detailed = [each for one in likely[:DETAILED] for each in self._proposals.with_details(one)]
         ticks = [each for one in likely[:PLACED] for each in self._proposals.with_other_ticks(one)]
         moved = [] if self._fit.is_free else likely[:DETAILED]
         moved = [each for one in moved for each in self._proposals.with_translation(one)]
-        every = dict.fromkeys((*likely[:PLACED], *detailed, *ticks, *moved, *self._damped(likely[:PLACED])))
-        likely = self._turning_as_well(mistakes, list(every))
-        scores = self._profiled(likely, self._slopes(mistakes))
-        found = self._best_fitted([likely[number] for number in np.argsort(scores, kind="stable")[:HOPEFUL]])
+        every = self._turning_as_well(mistakes, list(dict.fromkeys((*likely[:PLACED], *detailed, *ticks, *moved))))
+        damped = self._turning_as_well(mistakes, self._damped(likely[:PLACED]))
+        # What linear damping would explain counts for those that have it.
+        some = slopes if self._fit.is_free else self._all_slopes(mistakes, ("angular",))
+        scores = np.concatenate((self._profiled(every, some), self._profiled(damped, slopes)))
+        every += damped
+        found = self._best_fitted([every[number] for number in np.argsort(scores, kind="stable")[:HOPEFUL]])
         without = [tuple(m for m in one if not m.hypothesis.vague) for one in found]
         return [*found, *without]
 
     def _best_fitted(self, programs: Sequence[Mistakes]) -> list[Mistakes]:
-        """Return the best of some programs.
-
-        In the first part of the run, where that is fast, they are those after a step of a fit: their other values were
-        fitted to another scheme.
-        """
-        if self._until > self._horizons()[0]:
-            return list(programs[:SCHEMES])
+        """Return the best of some programs after a step of a fit: their values were fitted to another scheme."""
         fits = self._fit.advanced(self._fit.begun(programs), 1)
         best = sorted(zip(programs, fits, strict=True), key=lambda each: each[1].score + self._cost(each[0]))
         return [fit.mistakes for _, fit in best[:SCHEMES]]
@@ -181,14 +178,14 @@ class Changes(Parts):
         for others in dict.fromkeys(kinds[number].others for number in distinct):
             same = [number for number in distinct if kinds[number].others == others]
             upon = self._proposals.ordered(others)
-            errors, slopes = self._simulations.errors([upon]), self._all_slopes(upon)
+            errors, slopes = self._simulations.errors([upon]), self._all_slopes(upon, self._damping_kinds)
             own = self._shares(found[same], errors, slopes)
             shares.update(zip(same, own, strict=True))
             if hoped:
                 gained = max(gained, self._gain(found[same], errors, slopes, own))
-        # Errors of steps in which the body turns far grow in no order.
+        # Errors of steps in which the body turns far grow in no order; there, w from attitudes looks like damping.
         long = self._proposals.long_steps(mistakes, self._until, LONG * turn_s)
-        tried = [(kind, self._upon(kind, s)) for kind in kinds for s in long]
+        tried = [(kind, self._upon(kind, s)) for kind in kinds if not self._proposals.recovers(kind) for s in long]
         if gained < hoped:
             return tried
         wanted += tried
@@ -263,10 +260,13 @@ class Changes(Parts):
         """The kinds of damping that have an effect on what is looked at."""
         return ("angular",) if self._fit.is_free else ("linear", "angular")
 
-    def _all_slopes(self, mistakes: Mistakes) -> Array:
-        """Return the derivatives by the values that are fitted, and by those of what programs in steps often have."""
+    def _all_slopes(self, mistakes: Mistakes, kinds: Sequence[str]) -> Array:
+        """Return the derivatives by the values that are fitted, and by those of what programs in steps often have.
+
+        kinds: of damping.
+        """
         errors = self._simulations.errors([mistakes])[0]
-        usual = self._proposals.may_be_of_any_scheme(mistakes, self._damping_kinds)
+        usual = self._proposals.may_be_of_any_scheme(mistakes, kinds)
         wanted = [(self._proposals.ordered((*mistakes, Mistake(one, 0.0))), one) for one in usual]
         return np.concatenate((self._slopes(mistakes), *self._fit.directions_of(wanted, errors)))
 

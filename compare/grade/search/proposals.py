@@ -358,6 +358,10 @@ class Proposals:
             return False
         return (own.rotation, own.normalise_every) == PLAIN_ROTATIONS[0]
 
+    def recovers(self, kind: SchemeKind) -> bool:
+        """Return whether programs of a kind take w from attitudes."""
+        return any(m.hypothesis is self._recovered for m in kind.others)
+
     def _with_other_variants(self, mistakes: Mistakes) -> Iterator[Mistakes]:
         """Yield programs with a mistake that happens elsewhere in a step, in the place of one."""
         for number, (own, value) in enumerate(mistakes):
