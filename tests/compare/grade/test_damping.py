@@ -13,6 +13,7 @@ from tumble.compare.grade.grade import grade
 from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_FORMS
 from tumble.compare.grade.hypotheses.explanation import Mistake
 from tumble.compare.grade.model.kernel.dynamics import EXPONENTIALLY, IMPLICITLY, LINEARLY
+from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.closing import left_in_a_step, rate_of_a_step
 from tumble.compare.grade.search.proposals import Proposals
 from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY
@@ -121,6 +122,24 @@ def test_a_game_loop_is_named_whose_first_rows_are_nearer_to_another_law_of_drag
     assert values == {
         "linear-damping": pytest.approx(1.0), "angular-damping": pytest.approx(0.2),
         "symplectic-euler": pytest.approx(0.004),
+    }  # fmt: skip
+
+
+def test_weak_damping_and_short_steps_are_named_together(tmp_path):
+    """In the first rows, either explains little of the translation without the other one."""
+    path = scene_path("brick-tumble")
+    program = Program(
+        method="symplectic", dt=0.001, every=8, linear=0.01, angular=0.1, gyroscopic="still in world",
+        turn="exponential", until=2.0,
+    )  # fmt: skip
+    file = write(tmp_path / "loop.csv", fly(path, program), read(path).vertices, form="{:.8g}".format)
+    evaluator, _ = evaluator_of(file, read_scene("brick-tumble"))
+    search = CausalSearch(evaluator)
+    search._look_at(search._horizons()[0])
+    best = min(search._expanded(search._fitted(())), key=lambda each: each.score)
+    assert {m.hypothesis.name: m.value for m in best.mistakes if m.hypothesis.unit} == {
+        "linear-damping": pytest.approx(0.01, rel=0.01), "angular-damping": pytest.approx(0.1, rel=0.01),
+        "symplectic-euler": pytest.approx(0.001),
     }  # fmt: skip
 
 
