@@ -25,12 +25,13 @@ from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.model.program_model import FINE, correct_program, output_points
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.grade.search import diagnosis
-from tumble.compare.grade.search.causal import HOPED, Candidate, CausalSearch
+from tumble.compare.grade.search.causal import AT_ONCE, HOPED, Candidate, CausalSearch
 from tumble.compare.grade.search.changes import Effects
 from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.closing import HIDDEN, Closing, is_rounded
 from tumble.compare.grade.search.diagnosis import Diagnosis
 from tumble.compare.grade.search.shells import NOISY_ROWS, ROWS, Shells
+from tumble.compare.grade.search.simulations import SearchStopped
 from tumble.compare.grade.verdicts import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, TOO_LITTLE
 from tumble.scenarios.read import read_scene, scene_path
 
@@ -461,3 +462,28 @@ def test_what_is_needed_is_seen_without_a_fit(tmp_path):
     assert not search.is_far(search.proposals.ordered((Mistake(is_reversed), damped)))
     assert search.is_far((damped,))
     assert search.is_far((Mistake(is_reversed),))
+
+
+def test_each_reason_of_a_wrong_first_row_is_followed(tmp_path, monkeypatch):
+    """One that is inverted in the file leaves less than one at the start, until the reversed lever is found."""
+    scene, times = read_scene("two-hits"), np.linspace(0.0, 1.5, 76)
+    right = correct_program(scene, 0).output(times, FINE)
+    evaluator, every = evaluator_of(write_poses(tmp_path / "right.csv", times, right.x, right.q), scene)
+    program = evaluator.context.program
+    for name in ("start-attitude-inverted", "impulse-lever-reversed"):
+        program = next(each for each in every if each.name == name).change(program, 0.0)
+    wrong = program.output(times, FINE)
+    evaluator, _ = evaluator_of(write_poses(tmp_path / "wrong.csv", times, wrong.x, wrong.q), scene)
+    search, explored = CausalSearch(evaluator), []
+
+    def seen(begun, then=()):
+        explored.append((list(begun), list(then)))
+        raise SearchStopped
+
+    monkeypatch.setattr(search, "_explored", seen)
+    search.candidates(np.inf)
+    [(begun, then)] = explored
+    reasons = [program for program in begun if any(m.hypothesis.part in AT_ONCE for m in program)]
+    assert {m.hypothesis.name for program in reasons for m in program} >= {"start-attitude-inverted"}
+    assert len(reasons) > 1
+    assert then[: len(reasons) - 1] == reasons[1:]
