@@ -291,6 +291,15 @@ def is_hidden(other: Explanation, best: Explanation) -> bool:
     return not needs_no_single(best, other) and other.in_floors <= HIDDEN
 
 
+def is_named(other: Explanation, best: Explanation) -> bool:
+    """Whether single precision, which the best explanation needs too, explains what one without vague mistakes leaves.
+
+    A vague mistake explains a part of that as well.
+    """
+    is_vague, other_is_vague = (any(m.hypothesis.vague for m in each.mistakes) for each in (best, other))
+    return is_vague and not other_is_vague and other.within_floor and not needs_no_single(best, other)
+
+
 def is_rounded(other: Explanation, best: Explanation) -> bool:
     """Whether another explanation is the best one in plainer values, which single precision allows for.
 

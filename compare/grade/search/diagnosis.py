@@ -14,7 +14,15 @@ from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.clock import search_clock
-from tumble.compare.grade.search.closing import LARGER, Closing, is_hidden, is_no_larger, is_rounded, needs_no_single
+from tumble.compare.grade.search.closing import (
+    LARGER,
+    Closing,
+    is_hidden,
+    is_named,
+    is_no_larger,
+    is_rounded,
+    needs_no_single,
+)
 from tumble.compare.grade.search.engine_search import EngineSearch
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.proposals import STEPS
@@ -264,7 +272,8 @@ def _as_good(evaluator: Evaluator, ranked: Sequence[Explanation]) -> list[Explan
     return [
         each
         for each in ranked
-        if is_no_larger(each, first, LARGER, floor_m) or is_hidden(each, first) or is_rounded(each, first)
+        if is_no_larger(each, first, LARGER, floor_m)
+        or any(test(each, first) for test in (is_hidden, is_named, is_rounded))
     ]
 
 

@@ -28,7 +28,7 @@ from tumble.compare.grade.search import diagnosis
 from tumble.compare.grade.search.causal import AT_ONCE, HOPED, Candidate, CausalSearch
 from tumble.compare.grade.search.changes import Effects
 from tumble.compare.grade.search.clock import search_clock
-from tumble.compare.grade.search.closing import HIDDEN, Closing, is_rounded
+from tumble.compare.grade.search.closing import HIDDEN, Closing, is_named, is_rounded
 from tumble.compare.grade.search.diagnosis import Diagnosis
 from tumble.compare.grade.search.shells import NOISY_ROWS, ROWS, Shells
 from tumble.compare.grade.search.simulations import SearchStopped
@@ -233,6 +233,20 @@ def test_a_value_so_near_to_a_plain_one_is_that_if_single_precision_allows_it(fi
     assert is_rounded(other, best) is is_told
     assert not is_rounded(replace(other, within_floor=False), best), "single precision does not allow it"
     assert not is_rounded(other, replace(best, in_digits=1.0)), "nothing is left for single precision"
+
+
+@pytest.mark.parametrize(
+    ("changes", "is_told"),
+    [({}, True), ({"within_floor": False}, False), ({"mistakes": "same"}, False)],
+    ids=["named", "too much left", "vague as well"],
+)
+def test_a_mistake_with_a_name_is_told_if_single_precision_explains_what_a_vague_one_does_beside(changes, is_told):
+    vague = Hypothesis("start", "start velocity", "{}", lambda program, _: program, ((0.0,),), scale=1.0, vague=True)
+    best = replace(FITTED, mistakes=(Mistake(vague, (0.01,)),), in_digits=50.0, in_floors=0.2)
+    changes = {key: best.mistakes if value == "same" else value for key, value in changes.items()}
+    other = replace(FITTED, **{"mistakes": mistakes_of("a"), "in_digits": 99.0, "in_floors": 0.9} | changes)
+    assert is_named(other, best) is is_told
+    assert not is_named(other, replace(best, in_digits=1.0)), "nothing is left for single precision"
 
 
 def test_fitted_values_of_others_are_no_reason_to_prefer_them_to_plain_ones():
