@@ -20,6 +20,8 @@ from tumble.scenarios.frames import Array
 SCHEMES, HOPEFUL = 6, 24
 # Schemes of which damping is tried at each place in the step, and those of which other details are tried.
 PLACED, DETAILED = 32, 10
+# Schemes, the best ones, of which one shows which damping helps.
+MAY_BE_DAMPED = 3
 # Radians in a step from which the length of the right one is estimated.
 SHORT = 0.3
 # Radians in a step from which errors grow in no order.
@@ -230,30 +232,34 @@ class Changes(Parts):
         return self._proposals.ordered((*others, Mistake(kind.hypothesis, step)))
 
     def _damped(self, several: Sequence[Mistakes]) -> list[Mistakes]:
-        """Return schemes with damping at each place in the step, which they have or which helps the first one.
+        """Return schemes with damping at each place in the step, which they have or which helps one of the first.
 
         What steps do to the translation, and what damping does, may each explain little alone.
         """
-        added: Mistakes = ()
-        for kind in self._damping_kinds:
-            if all(m.hypothesis.part != f"{kind} damping" for m in several[0]):
-                added += self._helpful_damping(kind, self._proposals.ordered((*several[0], *added)))
+        _, added = min((self._helpful_damping(each) for each in several[:MAY_BE_DAMPED]), key=lambda each: each[0])
         if not added and all(m.hypothesis.part != "angular damping" for m in several[0]):
             return []
         programs = [self._proposals.ordered((*one, *added)) for one in several]
         return [each for one in programs for each in self._proposals.damped_anywhere(one)]
 
-    def _helpful_damping(self, kind: str, program: Mistakes) -> Mistakes:
-        """Return linear or angular damping that helps a program; nothing if none does."""
-        hypothesis = self._proposals.damping(kind, program)
-        slopes, errors = self._slopes(program), self._simulations.errors([program])[0]
-        damped = self._proposals.ordered((*program, Mistake(hypothesis, 0.0)))
-        solved = self._solved([(damped, hypothesis)], slopes, errors)
-        tried = [program, *(each for _, ones in solved for each in ones)]
-        weights = self._profiled(tried, slopes)
-        best = int(np.argmin(weights))
-        is_help = weights[0] - weights[best] >= ALIKE
-        return tuple(m for m in tried[best] if m.hypothesis is hypothesis) if is_help else ()
+    def _helpful_damping(self, program: Mistakes) -> tuple[float, Mistakes]:
+        """Return the damping that helps a program, and the weight that it has then."""
+        added, weight = list[Mistake](), np.inf
+        for kind in self._damping_kinds:
+            hypothesis, slopes = self._proposals.damping(kind, program), self._slopes(program)
+            damped = self._proposals.ordered((*program, Mistake(hypothesis, 0.0)))
+            is_new = all(m.hypothesis.part != hypothesis.part for m in program)
+            solved = (
+                self._solved([(damped, hypothesis)], slopes, self._simulations.errors([program])[0]) if is_new else []
+            )
+            tried = [program, *(each for _, ones in solved for each in ones)]
+            weights = self._profiled(tried, slopes)
+            best = int(np.argmin(weights))
+            weight = float(weights[best])
+            if weights[0] - weight >= ALIKE:
+                program = tried[best]
+                added += [m for m in program if m.hypothesis is hypothesis]
+        return weight, tuple(added)
 
     @property
     def _damping_kinds(self) -> tuple[str, ...]:
