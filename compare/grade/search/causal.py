@@ -323,7 +323,10 @@ class CausalSearch(Changes):
         others = [program for _, program in self._proposals.with_others(mistakes, run)]
         without = [tuple(m for m in mistakes if m is not one) for one in _apart_from_steps(mistakes)]
         others += [program for fewer in without for program in self._proposals.with_details(fewer)]
-        yield [*others, *self._proposals.with_same_step(mistakes), *self._proposals.with_other_steps(mistakes)]
+        # Where damping is in a step has an effect like that of a longer or a shorter one.
+        placed = self._proposals.damped_anywhere(mistakes)
+        steps = [program for each in placed for program in self._proposals.with_other_steps(each)]
+        yield [*others, *self._proposals.with_same_step(mistakes), *steps]
         for fewer in without:
             yield [each for _, several in self._one_more(fewer) for each in several]
         for fewer in without:  # a scheme has an effect from the first step on

@@ -407,8 +407,9 @@ class Proposals:
             interval = self._interval(mistakes)
             count = round(interval / step.value)
             for other in range(max(1, int(count / SIMILAR)), int(count * SIMILAR) + 2):
-                if other != count and (other in PARTS or abs(other - count) <= NEXT):
-                    moved = Mistake(step.hypothesis, interval / other)
+                moved = Mistake(step.hypothesis, interval / other)
+                is_other = abs(moved.value - step.value) > NEAR * step.value  # a usual step may divide no row interval
+                if is_other and (other in PARTS or abs(other - count) <= NEXT):
                     yield tuple(moved if m is step else m for m in mistakes)
 
     def first_step(self, mistakes: Mistakes, until: float, longest: float) -> float:
