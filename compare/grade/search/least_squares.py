@@ -153,7 +153,7 @@ class Fit:
         try:
             return list(-np.linalg.solve(damped, gradient[:, None])[:, :, 0])
         except np.linalg.LinAlgError:
-            return []
+            return [np.zeros(len(slopes))]
 
     def _weighted(self, every: Array) -> Array:
         """Return derivatives and at last residuals, (P + 1, T, K, 3), as precise as rows are, as `scored` does.

@@ -242,7 +242,7 @@ class Proposals:
         yield from self._with_other_details(mistakes)
 
     def _with_other_details(self, mistakes: Mistakes) -> Iterator[tuple[object, Mistakes]]:
-        """Yield programs with another method of the same step, or other substeps of the centre or ticks of events.
+        """Yield programs with another method of the same step, or another detail of it.
 
         Methods of high order do nearly the same in short steps, so only one of them may have been tried in this one.
         """
