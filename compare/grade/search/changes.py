@@ -141,9 +141,7 @@ class Changes(Parts):
         likely = [tried[number][1] for number in best_of_each([kind.key for kind, _ in tried], scores)]
         detailed = [each for one in likely[:DETAILED] for each in self._proposals.with_details(one)]
         ticks = [each for one in likely[:PLACED] for each in self._proposals.with_other_ticks(one)]
-        moved = [] if self._fit.is_free else likely[:DETAILED]
-        moved = [each for one in moved for each in self._proposals.with_translation(one)]
-        every = self._turning_as_well(mistakes, list(dict.fromkeys((*likely[:PLACED], *detailed, *ticks, *moved))))
+        every = self._turning_as_well(mistakes, list(dict.fromkeys((*likely[:PLACED], *detailed, *ticks))))
         damped = self._turning_as_well(mistakes, self._damped(likely[:PLACED]))
         # What linear damping would explain counts for those that have it.
         some = slopes if self._fit.is_free else self._all_slopes(mistakes, ("angular",))

@@ -66,8 +66,6 @@ TIMES, BELOW = 12, (0.003, 0.01, 0.03, 0.07, 0.15, 0.3, 0.5, 0.7)
 RESTED = (0.0, 0.25, 0.5, 0.75)
 # A run of more steps takes longer than it is worth.
 MOST_STEPS = 6_000
-# Parts of steps that move the centre alone.
-OF_TRANSLATION = ("position step", "velocity axes")
 # Parts of a program that are a scheme.
 STEPS, GYRO = "steps", "gyroscopic"
 # Steps in a row interval, and in a tick between rows.
@@ -304,13 +302,6 @@ class Proposals:
                 yield self._with_step(mistakes, step, replace(own, is_unit_used=not own.is_unit_used))
             if not any(m.hypothesis is self._recovered for m in mistakes):
                 yield self.ordered((*mistakes, Mistake(self._recovered)))
-
-    def with_translation(self, mistakes: Mistakes) -> Iterator[Mistakes]:
-        """Yield programs in whose steps the centre moves in another way."""
-        taken = {m.hypothesis.part for m in mistakes}
-        for hypothesis in self.hypotheses:
-            if hypothesis.part in OF_TRANSLATION and hypothesis.part not in taken and hypothesis.needs_steps:
-                yield self.ordered((*mistakes, Mistake(hypothesis)))
 
     def _with_other_places(self, mistakes: Mistakes) -> Iterator[tuple[object, Mistakes]]:
         """Yield programs whose damping is elsewhere in the step."""

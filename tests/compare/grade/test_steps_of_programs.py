@@ -222,19 +222,6 @@ def test_classical_steps_are_tried_that_delay_an_impulse(tmp_path):
     assert 0.02 in [m.value for program in classical for m in program if m.hypothesis.part == STEPS]
 
 
-@pytest.mark.parametrize("proposals", ["yardstick"], indirect=True)
-def test_the_centre_is_moved_in_other_ways_where_none_is_told_yet(proposals):
-    def ways(program):
-        return [each for new in proposals.with_translation(program) for each in {*new} - {*program}]
-
-    step = symplectic(proposals, 0.01)
-    found = ways((step,))
-    assert {each.hypothesis.part for each in found} == {"position step", "velocity axes"}
-    assert len({each.text for each in found}) == len(found) > 4
-    update = next(each for each in found if each.hypothesis.part == "position step")
-    assert {each.hypothesis.part for each in ways((step, update))} == {"velocity axes"}
-
-
 def test_a_limit_is_refined_with_the_step_by_which_it_is_exceeded(tmp_path):
     """A fall at a limit is faster by what gravity adds in a step: a larger one in shorter steps is nearly the same."""
     scene, dt, cap = falling(tmp_path), 0.004, 3.1
