@@ -143,7 +143,10 @@ class Fit:
         return every
 
     def solutions(self, slopes: Array, errors: Array) -> list[Array]:
-        """Return the steps that make residuals least, with more and more damping; (P, T, K, 3), (T, K, 3)."""
+        """Return the steps that make residuals least, with more and more damping; (P, T, K, 3), (T, K, 3).
+
+        No step, if none is known: derivatives may be as good as infinite.
+        """
         with np.errstate(all="ignore"):
             every = self._weighted(finite(np.concatenate((slopes, errors[None]))))
             normal, gradient = every[:-1] @ every[:-1].T, every[:-1] @ every[-1]
@@ -151,9 +154,10 @@ class Fit:
         size[size == 0] = 1.0
         damped = normal + DAMPED[:, None, None] * np.diag(size)
         try:
-            return list(-np.linalg.solve(damped, gradient[:, None])[:, :, 0])
+            steps = -np.linalg.solve(damped, gradient[:, None])[:, :, 0]
         except np.linalg.LinAlgError:
-            return [np.zeros(len(slopes))]
+            steps = np.empty((0, len(slopes)))
+        return [step for step in steps if np.isfinite(step).all()] or [np.zeros(len(slopes))]
 
     def _weighted(self, every: Array) -> Array:
         """Return derivatives and at last residuals, (P + 1, T, K, 3), as precise as rows are, as `scored` does.

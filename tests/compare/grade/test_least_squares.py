@@ -95,6 +95,14 @@ def test_values_are_fitted_together_as_alone_and_in_parts_as_at_once():
         assert np.array_equal(one.errors, other.errors)
 
 
+@pytest.mark.parametrize("slope", [0.0, 1e300], ids=["no effect", "as good as infinite"])
+def test_a_value_stays_where_no_step_is_known(slope):
+    """Such a step would make it no number, and where a mistake is late there is no such tick."""
+    fit = Fit(cast(Simulations, cast(Any, Valley())))
+    [*steps] = fit.solutions(np.full((1, 2, 1, 3), slope), np.full((2, 1, 3), 1e300))
+    assert np.isfinite(steps).all()
+
+
 def test_steps_and_choices_are_not_fitted():
     step = Hypothesis("method", "steps", "{}", lambda program, value: program, (0.1, 0.2))
     which = hypothesis("which", (0.0, 1.0), choices=("this", "that"))
