@@ -81,10 +81,14 @@ def test_a_rate_in_another_form_takes_as_much(decays):
     assert left_in_a_step(other, DAMPING_FORMS[decays]) == pytest.approx(left, rel=1e-14)
 
 
-def test_smooth_damping_is_not_put_into_steps(tmp_path):
-    """Steps that are too fine to be seen are none: damping alone explains it."""
+def test_damping_shows_in_which_steps_it_acts_though_nothing_else_does(tmp_path):
+    """A smooth decay at 0.04996 /s leaves 0.2 mm."""
     found = graded(tmp_path, "brick-tumble", method="rk4", dt=0.0005, every=50, linear=0.05, damped="exp", damps="last")
-    assert [mistake.hypothesis.name for mistake in found.diagnosis.best.mistakes] == ["linear-damping"]
+    best = found.diagnosis.best
+    assert {m.hypothesis.part: m.value for m in best.mistakes} == {
+        "linear damping": pytest.approx(0.05, rel=1e-9), "steps": pytest.approx(0.0005),
+    }  # fmt: skip
+    assert best.max_m < 1e-6
 
 
 def test_no_step_of_an_explanation_makes_the_error_larger(tmp_path):

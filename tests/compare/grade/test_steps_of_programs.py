@@ -56,7 +56,7 @@ def test_a_step_in_which_the_body_turns_by_radians_is_named(tmp_path):
 @pytest.mark.parametrize(("scene", "are_tried"), [("spin-fast", True), ("brick-tumble", False)])
 def test_every_scheme_is_tried_in_steps_in_which_the_body_turns_far(tmp_path, scene, are_tried):
     """One that seems to make the error larger in short steps, or to do what another one does, may be right in those."""
-    path, spacing_s = scene_path(scene), 0.02
+    path, spacing_s = scene_path(scene), 0.024
     rows = fly(path, Program(dt=spacing_s / 10, every=10, until=0.3))
     file = write(tmp_path / "right.csv", rows, read(path).vertices)
     search = CausalSearch(evaluator_of(file, read_scene(scene))[0])
