@@ -108,9 +108,14 @@ def answer(grade: Grade) -> str:
         how = "that rounds in the same direction in every step" if diagnosis.best.drift else "in short steps"
         return f"{wrong} Single precision {how} would explain that, and so may a mistake."
     if grade.verdict == TOO_LITTLE and diagnosis is not None and diagnosis.null.within_floor:
+        digits, reference = (
+            ("its printed digits allow", m.half_m),
+            ("the resolution of the reference allows", m.resolution_m),
+        )
+        what, most_m = max(digits, reference, key=lambda each: each[1])
         return (
-            f"{grade.file} is nearly right: {largest}, and its printed digits allow about as much, {length(m.half_m)}. "
-            "What is beyond them is too little to find a cause."
+            f"{grade.file} is nearly right: {largest}, and {what} about as much, {length(most_m)}. "
+            "What is beyond that is too little to find a cause."
         )
     if grade.verdict == TOO_LITTLE and grade.hidden_by_single:
         return f"{wrong} If the program uses single precision, that is why; print 9 digits to show it."

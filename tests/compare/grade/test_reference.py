@@ -12,7 +12,7 @@ from tumble.compare.grade.file_grade import FileGrade
 from tumble.compare.grade.grade import TASKS, grade
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.results import json_document
-from tumble.compare.grade.verdicts import CORRECT_TO_RESOLUTION, RIGHT, UNEXPLAINED
+from tumble.compare.grade.verdicts import CORRECT_TO_RESOLUTION, RIGHT, TOO_LITTLE, UNEXPLAINED
 from tumble.reports.grade import headline
 from tumble.scenarios.read import scene_of
 from tumble.scenarios.truth import NoTruth, truth
@@ -160,3 +160,14 @@ def test_rows_in_which_the_resolution_hides_any_error_are_not_graded(tmp_path, o
     assert found.verdict != CORRECT_TO_RESOLUTION or found.measured.resolution_m < 1e-3 * 0.051
     assert "it is accurate only to 0.0" in headline(found)
     assert 1.0 < found.measured.sample.times[-1] < 2.65
+
+
+def test_an_error_about_as_large_as_the_resolution_is_not_compared_with_the_digits(tmp_path):
+    """A chaotic scene: the file has nanometres, and its last row is off by a little more than the reference may be."""
+    scene = scene_named("badly", KNOWN_BADLY)
+    times, reference = np.linspace(0.0, 3.0, 31), Reference(scene)
+    poses = reference.states(0, times)[:, 0:7]
+    poses[-1, 0] += 1.3 * reference.resolution(0, times)[-1]
+    found = grade(write_poses(tmp_path / "line.csv", times, poses), scene, {}, search_s=0.02)
+    assert found.verdict == TOO_LITTLE
+    assert "the resolution of the reference allows about as much" in headline(found)
