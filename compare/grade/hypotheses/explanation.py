@@ -109,6 +109,11 @@ class Explanation:
         return sum(not (m.has_plain_value or m.hypothesis.measured) for m in self.fitted)
 
     @property
+    def is_vague(self) -> bool:
+        """Whether one of its mistakes explains a part of almost any error."""
+        return any(mistake.hypothesis.vague for mistake in self.mistakes)
+
+    @property
     def is_whole(self) -> bool:
         """Whether it leaves only rounding or noise."""
         return self.within_floor or self.is_noise

@@ -130,8 +130,7 @@ class CausalSearch(Changes):
                 on_progress(before / self._context.duration)
                 until = self._next_part(before, alike[0])
                 self._begin(until)
-                scores = self._profiled(alike, np.empty(0))
-                begun = [alike[number] for number in np.argsort(scores, kind="stable")[:KEPT]]
+                begun = self._nearest(alike, KEPT)
                 # A free translation is as good as a start velocity or an acceleration of any size.
                 single = _distinct([c for c in self._single.get(until, []) if not _is_free_translation(c)])
                 whole = min(self._fitted(known).weight for known in self._known)
@@ -166,8 +165,7 @@ class CausalSearch(Changes):
         elif between := self._evaluator.first_motion:
             programs = self._proposals.begins_between(*between)
             self._begin(self._horizons()[0])
-            scores = self._profiled(programs, np.empty(0))
-            self._known = [*(programs[number] for number in np.argsort(scores, kind="stable")[:KEPT]), ()]
+            self._known = [*self._nearest(programs, KEPT), ()]
         self._look_at(float(self._sample.times[0]))
         return [each for known in self._known for each in self._explaining_first_row(known)]
 
@@ -245,7 +243,7 @@ class CausalSearch(Changes):
         """Return so many programs that leave least of all of the run, best first."""
         for until in dict.fromkeys((self._horizons()[0], self._context.duration)):
             self._look_at(until)
-            weights = self._profiled(programs, np.empty(0))
+            weights = self._profiled(programs)
             order = np.argsort(weights, kind="stable")
             alike = int((weights < weights.min(initial=np.inf) + 2 * ALIKE).sum())
             programs = [programs[n] for n in order[: max(FOLLOWED, alike)]]
@@ -298,8 +296,7 @@ class CausalSearch(Changes):
             self._fit.is_free = False
         likely = [m for m in sorted(weights, key=weights.__getitem__)[:LIKELY] if weights[m] < least + 2 * ALIKE]
         # The values of the best one have made the weights too small of programs that do not have all of them.
-        fits = zip(likely, self._fit.advanced(self._fit.begun(likely), 1), strict=True)
-        nearest = sorted(fits, key=lambda each: each[1].weight + self._cost(each[0]))[:FITTED]
+        nearest = self._nearest_fits(likely, 1, FITTED)
         self._fit.advanced([fit for _, fit in nearest])
         found = sorted(((self._candidate(fit), m) for m, fit in nearest), key=lambda each: each[0].weight)
         # Values that are plain already may be better than those that fit some of the rows best.
@@ -365,9 +362,7 @@ class CausalSearch(Changes):
             weights = self._profiled(programs, self._slopes(mistakes))
             found |= {each: weight for each, weight in zip(programs, weights, strict=True) if weight < most}
         self._begin(until)
-        every = list(found)
-        weights = self._profiled(every, self._slopes(mistakes))
-        yield from (every[n] for n in np.argsort(weights, kind="stable")[:KEPT])
+        yield from self._nearest(list(found), KEPT, self._slopes(mistakes))
 
     def _alone(self, horizons: Sequence[float]) -> list[Candidate]:
         """Return the changes each of which explains all rows alone, the best first; none if no change does.
@@ -565,11 +560,9 @@ class CausalSearch(Changes):
 
     def _children(self, candidate: Candidate, programs: Mapping[Mistakes, float]) -> list[Candidate]:
         """Return the best of some programs, fitted, each with the share of what it gains that counts."""
-        fits = self._fit.advanced(self._fit.begun(list(programs)), FIRST_STEPS)
-        likely = sorted(zip(programs, fits, strict=True), key=lambda each: each[1].score + self._cost(each[0]))
-        found: list[Candidate] = []
-        self._fit.advanced([fit for _, fit in likely[:LIKELIEST]])
-        for program, fit in likely[:LIKELIEST]:
+        nearest, found = self._nearest_fits(list(programs), FIRST_STEPS, LIKELIEST), list[Candidate]()
+        self._fit.advanced([fit for _, fit in nearest])
+        for program, fit in nearest:
             child = self._candidate(fit)
             child.rank = candidate.rank - programs[program] * (candidate.score - child.score)
             found.append(child)

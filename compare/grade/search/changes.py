@@ -11,6 +11,7 @@ from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.measure.significance import ALIKE, ResidualScale
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.kernels import first_alike
+from tumble.compare.grade.search.least_squares import Fitting
 from tumble.compare.grade.search.parts import Parts
 from tumble.compare.grade.search.proposals import Proposals, Run, SchemeKind
 from tumble.compare.grade.search.shells import finite
@@ -153,9 +154,13 @@ class Changes(Parts):
 
     def _best_fitted(self, programs: Sequence[Mistakes]) -> list[Mistakes]:
         """Return the best of some programs after a step of a fit: their values were fitted to another scheme."""
-        fits = self._fit.advanced(self._fit.begun(programs), 1)
-        best = sorted(zip(programs, fits, strict=True), key=lambda each: each[1].score + self._cost(each[0]))
-        return [fit.mistakes for _, fit in best[:SCHEMES]]
+        return [fit.mistakes for _, fit in self._nearest_fits(programs, 1, SCHEMES)]
+
+    def _nearest_fits(self, programs: Sequence[Mistakes], steps: int, count: int) -> list[tuple[Mistakes, Fitting]]:
+        """Return so many programs and their fits, those with the best scores after some steps, best first."""
+        fits = self._fit.advanced(self._fit.begun(programs), steps)
+        every = zip(programs, fits, strict=True)
+        return sorted(every, key=lambda each: each[1].score + self._cost(each[0]))[:count]
 
     def _upon_steps(self, mistakes: Mistakes, hoped: float = 0.0) -> list[tuple[SchemeKind, Mistakes]]:
         """Return each kind of scheme with steps that may be right, and the program that it makes.

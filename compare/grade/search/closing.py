@@ -296,8 +296,7 @@ def is_named(other: Explanation, best: Explanation) -> bool:
 
     A vague mistake explains a part of that as well.
     """
-    is_vague, other_is_vague = (any(m.hypothesis.vague for m in each.mistakes) for each in (best, other))
-    return is_vague and not other_is_vague and other.within_floor and not needs_no_single(best, other)
+    return best.is_vague and not other.is_vague and other.within_floor and not needs_no_single(best, other)
 
 
 def is_rounded(other: Explanation, best: Explanation) -> bool:

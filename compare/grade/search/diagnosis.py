@@ -156,8 +156,7 @@ def _of_double(
     if evaluator.is_known or best is None or best.in_digits <= EXPLAINED or search_clock() > stops_at:
         return []
     search = CausalSearch(evaluator, is_double=True)
-    is_vague = any(m.hypothesis.vague for m in best.mistakes)
-    found = [] if is_vague else search.beyond(best.mistakes, stops_at)
+    found = [] if best.is_vague else search.beyond(best.mistakes, stops_at)
     if not (found and found[0].is_whole):
         found = search.candidates(stops_at)
     every = [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]

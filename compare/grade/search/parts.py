@@ -19,6 +19,8 @@ RADIANS, SHARE_OF_ALL, FEWEST, LONGER = 4.0, 0.3, 12, 4.0
 UNIT, ERROR, OF_FLOOR, FINEST, COARSEST = 0.2, 1e-5, 0.3, 0.02, 0.15
 # Numbers of residuals that are scored at once: as many as a core's cache holds.
 AT_ONCE = 65_536
+# Derivatives by no value.
+NO_SLOPES = np.empty(0)
 # Coarse simulations show what to try next if their errors are below this share of what is off.
 SCREENED = 1e-3
 
@@ -104,7 +106,9 @@ class Parts:
             share = float(np.sqrt(np.square(others - errors).mean() / np.square(errors).mean()))
         return self._profiled(programs, slopes, coarse if share < SCREENED else fine)
 
-    def _profiled(self, programs: Sequence[Mistakes], slopes: Array, simulations: Simulations | None = None) -> Array:
+    def _profiled(
+        self, programs: Sequence[Mistakes], slopes: Array = NO_SLOPES, simulations: Simulations | None = None
+    ) -> Array:
         """Return the scores of programs, with what derivatives, (P, T, K, 3), can explain of each left out."""
         found, simulations = np.empty(len(programs)), simulations or self._simulations
         count = max(1, AT_ONCE // simulations.shells.numbers)
@@ -115,6 +119,11 @@ class Parts:
             if len(slopes):
                 found[part] = np.minimum(found[part], self._fit.scored(self._left(errors, slopes))[1])
         return found + np.array([self._cost(program) for program in programs])
+
+    def _nearest(self, programs: Sequence[Mistakes], count: int, slopes: Array = NO_SLOPES) -> list[Mistakes]:
+        """Return so many programs with the best scores, best first; slopes: as in `_profiled`."""
+        scores = self._profiled(programs, slopes)
+        return [programs[number] for number in np.argsort(scores, kind="stable")[:count]]
 
     def _left(self, errors: Array, slopes: Array) -> Array:
         """Return what derivatives, (P, T, K, 3), leave of residuals, (V, T, K, 3)."""

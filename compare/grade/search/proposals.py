@@ -305,7 +305,7 @@ class Proposals:
 
     def _with_other_places(self, mistakes: Mistakes) -> Iterator[tuple[object, Mistakes]]:
         """Yield programs whose damping is elsewhere in the step."""
-        damping = [m for m in mistakes if m.hypothesis.name in ("linear-damping", "angular-damping")]
+        damping = [m for m in mistakes if m.hypothesis.name in PLAIN_DAMPING]
         if not damping or not any(m.hypothesis.part == STEPS for m in mistakes):
             return
         others = tuple(m for m in mistakes if m not in damping)

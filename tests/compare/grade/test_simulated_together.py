@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from explained import evaluator_of
 from pose_files import write_poses
+from programs import Program, fly, read, write
 
 from tumble.compare.grade.hypotheses.explanation import Mistake
 from tumble.compare.grade.hypotheses.mistakes.axes import signed_permutations
@@ -16,7 +17,7 @@ from tumble.compare.grade.model.program_model import FINE, Pose, correct_program
 from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.kernels import first_alike, pose_residuals, precisions_of, squares_of
 from tumble.compare.grade.search.shells import _arms
-from tumble.scenarios.read import read_scene
+from tumble.scenarios.read import read_scene, scene_path
 
 # An impulse; drag and gravity; a tether and gravity; a floor.
 SCENES = ("two-hits", "drag-stiff", "tether-critical", "floor-stiff")
@@ -56,20 +57,10 @@ def test_programs_simulated_together_are_those_simulated_alone(name, tmp_path):
 
 def test_what_a_program_writes_is_changed_once_in_a_search(tmp_path):
     """A body of another size changes the vertices in the file, as mistakes of the output do."""
-    scene = read_scene("brick-tumble")
-    times = np.linspace(0.0, 0.5, 26)
-    right, corners = correct_program(scene, 0).output(times, FINE), scene.body.points
-    names = [f"v{number}{axis}_m" for number in range(len(corners)) for axis in "xyz"]
-    rows = (right.x[:, None] + np.einsum("tij,kj->tki", right.axes, corners)).reshape(len(times), -1)
-    np.savetxt(
-        file := tmp_path / "right.csv",
-        np.column_stack((times, rows)),
-        "%.12g",
-        ",",
-        header=",".join(("t_s", *names)),
-        comments="",
-    )
-    evaluator, every = evaluator_of(file, scene)
+    path = scene_path("brick-tumble")
+    rows, corners = fly(path, Program(until=0.5)), read(path).vertices
+    file = write(tmp_path / "right.csv", rows, corners, kind=range(len(corners)))
+    evaluator, every = evaluator_of(file, read_scene("brick-tumble"))
     size, inverted = (
         next(h for h in every if h.name == name) for name in ("wrong-body-size-along-x", "attitude-inverted")
     )
