@@ -22,6 +22,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     EXPLICIT,
     FLOOR_AFTER,
     IN_BODY,
+    IN_ROW,
     JUMP,
     LINEARLY,
     POINT_MOVES,
@@ -31,7 +32,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     Scheme,
     TetherLaw,
 )
-from tumble.compare.grade.model.kernel.parameters import IN_ROW, NUMBERS
+from tumble.compare.grade.model.kernel.parameters import NUMBERS
 from tumble.compare.grade.model.kernel.reading import between_ticks, instants_of
 from tumble.compare.grade.model.kernel.stepping import SEARCHING, WIDTH, integrate
 from tumble.compare.grade.model.numbers import changed_numbers

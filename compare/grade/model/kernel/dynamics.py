@@ -15,6 +15,11 @@ from tumble.solver.vectors import Vector
 
 Array = NDArray[np.float64]
 
+# Fields of `Forces` that a row of `kernel.parameters` gives. A force after them, registered from outside, has the
+# numbers of the forces that are passed beside the rows, or none.
+IN_ROW = Forces._fields.index("points") + 1
+NO_OTHERS = (None,) * (len(Forces._fields) - IN_ROW)
+
 # Columns of an event: time [s], kind, linear impulse or force, the same for the rotation, point, whether the point is
 # in body axes; then, of a force, its lever and the row in which it began.
 EVENT = 16

@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 from tumble.compare.grade.model.kernel.dynamics import (
     AS_THE_BODY,
+    IN_ROW,
+    NO_OTHERS,
     SMOOTH,
     Array,
     Dynamics,
@@ -67,8 +69,6 @@ COUNTS = Layout()
 # Where each part begins.
 AT = Layout(*accumulate((0, *COUNTS[:-1])))
 NUMBERS = sum(COUNTS)
-# Fields of `Forces` that a row gives. A force after them has the numbers of the forces that are passed beside the rows.
-IN_ROW = Forces._fields.index("points") + 1
 
 
 @borrowing
@@ -134,7 +134,7 @@ def dynamics_of(numbers: Array, program: int, scene: Forces, tethers: Array) -> 
     return Dynamics(
         _vector(row, AT.moments),
         forces,
-        Forces(row[AT.mass], None, None, None, floor, points),
+        Forces(row[AT.mass], None, None, None, floor, points, *NO_OTHERS),
         damping,
         drag,
         other_drag,

@@ -11,6 +11,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     MOMENTUM,
     MULTIPLIED,
     NEVER_TURNED,
+    NO_OTHERS,
     OVER_MASS,
     OVER_MEAN,
     RESPONSE_UNTURNED,
@@ -90,7 +91,7 @@ def twist(x: Vector, q: Quaternion, push: Push) -> Vector:
 @inlined
 def accelerations(motion: Motion, dynamics: Dynamics, push: Push) -> tuple[Vector, Vector]:
     """Return a, world axes, and alpha, body axes, without damping and the gyroscopic term."""
-    weight_alone = Forces(dynamics.forces.mass, dynamics.forces.gravity, None, None, None, None)
+    weight_alone = Forces(dynamics.forces.mass, dynamics.forces.gravity, None, None, None, None, *NO_OTHERS)
     force, torque = wrench(motion.x, motion.q, motion.v, motion.w_body, weight_alone)
     if dynamics.is_pulled:
         force, torque = wrench(motion.x, motion.q, motion.v, motion.w_body, dynamics.forces)
