@@ -447,6 +447,11 @@ OPTIONS = (
 WHOLLY = 4000
 
 
+def precise(_reference: Reference, _throw: int, times: np.ndarray, *_: object) -> np.ndarray:
+    """Return the resolution of a reference that is as good as exact [m], (T,)."""
+    return np.full(len(times), 1e-12)
+
+
 def trajectories(folder: Path, numbers: range) -> Outcome:
     """Fuzz trajectories of other programs, with what their users say of them; each that is read is measured too."""
     file, beside, tables = folder / "f.csv", folder / "f.csv.toml", folder / "tables"
@@ -479,7 +484,7 @@ def trajectories(folder: Path, numbers: range) -> Outcome:
         mapping = mapping_file(beside) if each.map_file else {}
         scene = scenes[each.scene]
         # The truth takes 0.2 s and knows nothing of a file but its times: it is left to the whole command.
-        with patch.object(Reference, "resolution", lambda *_: 1e-12), ExitStack() as drafts:
+        with patch.object(Reference, "resolution", precise), ExitStack() as drafts:
             path, name, first_line = as_csv(str(file), columns, decimal, drafts)
             reading = Conventions(chosen.get("--euler"), chosen.get("--axes"), start, name, first_line)
             found = measure(Trajectory(path, scene, mapping | mapping_of(pairs), by, decimal, reading), scene)
