@@ -434,7 +434,8 @@ def context_of(scene: Scene, throw: int, measured: Measured) -> Context:
     """Return what hypotheses know of the throw that is diagnosed."""
     sample, description = measured.sample, measured.description
     duration = float(sample.times[-1])
-    rate = float(np.linalg.norm(Reference(scene).states(throw, sample.times)[:, 10:13], axis=1).max())
+    reference = Reference(scene)
+    rate = float(np.linalg.norm(reference.states(throw, sample.times)[:, 10:13], axis=1).max())
     return Context(
         scene=scene,
         program=correct_program(scene, throw, measured.rounding_s),
@@ -445,6 +446,7 @@ def context_of(scene: Scene, throw: int, measured: Measured) -> Context:
         spacing_s=row_interval(measured),
         first=first_pose(sample, scene.body.points[list(description.vertices)]),
         has_centre=description.has_centre,
+        fineness=reference.fineness(throw),
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from tumble.compare.grade.model.kernel.stepping import MOST_STEPS
-from tumble.compare.grade.model.program_model import ProgramModel
+from tumble.compare.grade.model.program_model import FINE, ProgramModel
 from tumble.compare.grade.read.digits import vector_text
 from tumble.scenarios.frames import Array
 from tumble.scenarios.scene import Scene
@@ -49,7 +49,8 @@ class Context:
     program: model of a correct program; kind: what the file has, pose, matrix or vertices; rows: their number;
     duration: up to the last row [s]; turn_s: shortest time in which the body rotates by a radian [s]; spacing_s: of
     most rows; first: x [m] and q of the row at t = 0, (7,), if there is one; has_centre: the file has the position;
-    offset: constant offset of the position, body axes [m], (3,), if there is one.
+    offset: constant offset of the position, body axes [m], (3,), if there is one; fineness: largest rotation in a
+    continuous step that is as good as exact [rad].
     """
 
     scene: Scene
@@ -62,6 +63,7 @@ class Context:
     first: Array | None = None
     has_centre: bool = True
     offset: Array | None = None
+    fineness: float = FINE
 
     @cached_property
     def probes(self) -> Array:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tumble.compare.grade.model.kernel.coasting import coast
-from tumble.compare.grade.model.program_model import FINE, correct_program
+from tumble.compare.grade.model.program_model import FINE, correct_program, fineness_until
 from tumble.scenarios.frames import Array, rotation_matrix, vertices
 from tumble.scenarios.impulse import jump
 from tumble.scenarios.scene import Scene, frozen_array
@@ -45,6 +45,7 @@ class Reference:
         self._segments: tuple[int, list[tuple[float, Array]]] = (-1, [])
         self._records: dict[int, ContactRecord] = {}
         self._ends: dict[int, float] = {}
+        self._fineness: dict[int, float] = {}
 
     def horizon(self, throw: int) -> float:
         """Return until when the reference is known [s], as far as that has been asked for.  Raises NoTruth."""
@@ -70,12 +71,21 @@ class Reference:
             self._records[throw] = found.contacts[0]
         return self._records[throw]
 
+    def fineness(self, throw: int) -> float:
+        """Return the largest rotation in a continuous step of the kernel [rad] with which a throw is simulated."""
+        if self._scene.plane is not None or self._free:
+            return FINE
+        if throw not in self._fineness:
+            program = correct_program(self._scene, throw)
+            self._fineness[throw] = fineness_until(program, self._scene.duration)
+        return self._fineness[throw]
+
     def states(self, throw: int, times: Array) -> Array:
         """Return the states at increasing times [s], after the impulses at each, (T, 13)."""
         if self._scene.plane is not None:
             return self._above_plane(throw, times)
         if not self._free:
-            rows = correct_program(self._scene, throw).simulate(times, FINE)
+            rows = correct_program(self._scene, throw).simulate(times, self.fineness(throw))
             return np.hstack((rows[:, 0:3], rows[:, 18:22], rows[:, 12:18]))
         segments = self._segments_of(throw)
         found = np.empty((len(times), 13))
