@@ -27,6 +27,9 @@ ALONG = 0.9
 NEARLY, ROUNDING = 1e-9, 1e-12
 # A squared distance that is as good as 0 [m2].
 TINY = 1e-300
+# No rounding.  The share of the differences, those that rounding moves least, and by how much more it moves others that
+# show noise as well.
+NO_FLOORS, FINEST, COARSER = np.zeros(3), 0.25, 2.0
 # The standard deviation of normal deviations, over the median of their sizes.
 OF_MEDIAN = 1.4826
 
@@ -38,12 +41,14 @@ def white_noise_m(
     events: Array,
     rounding_s: float = 0.0,
     are_independent: bool = False,
+    floors_m: Array = NO_FLOORS,
 ) -> float:
-    """Return the standard deviation of a coordinate's white noise [m], 0 where rows do not show any.
+    """Return the standard deviation of a coordinate's white noise [m], 0 where rows do not show any but rounding.
 
     times [s], (S,); vertices [m], (S, K, 3); points: the vertices from the centre of mass, axes of the body [m],
     (K, 3); events: times of impulses [s], which no difference spans; rounding_s: of times; are_independent: each vertex
-    was measured, so the noise of their mean is smaller.
+    was measured, so the noise of their mean is smaller; floors_m: rounding of rows along each axis, (S, 3): noise shows
+    where it is small.
     """
     steps = np.diff(times)
     if len(steps) < FEWEST or not steps.min() > 0.0:
@@ -59,12 +64,17 @@ def white_noise_m(
     if are_independent:
         larger = 1.0 / float(np.linalg.norm(shares))
     least_m = ROUNDING * float(np.abs(vertices).max())
+    squares = np.broadcast_to(np.square(floors_m), (len(times), 3))
     for order in OF_CENTRE if is_centre or not is_fast else ():
-        if (noise_m := _noise_of(times, centre, broken, order)) > least_m:
-            return larger * noise_m
+        noise_m, rounding_m = _noise_of(times, centre, squares, broken, order)
+        if noise_m > least_m:
+            return larger * noise_m if larger * noise_m > rounding_m else 0.0
     # A centre that shows no noise beside its motion, or beside ticks between rows, hides that of vertices.
-    is_hidden = is_centre and _differences(times, centre, broken, OF_VERTICES)[2] > least_m
-    return 0.0 if is_fast or is_hidden else _noise_of(times, vertices, broken, OF_VERTICES)
+    is_hidden = is_centre and _differences(times, centre, squares, broken, OF_VERTICES)[2] > least_m
+    if is_fast or is_hidden:
+        return 0.0
+    noise_m, rounding_m = _noise_of(times, vertices, squares, broken, OF_VERTICES)
+    return noise_m if noise_m > rounding_m else 0.0
 
 
 def _shares_of_centre(points: Array) -> tuple[Array, bool]:
@@ -84,36 +94,50 @@ def _turn(vertices: Array) -> float:
     return float(np.median(moves / np.maximum(sizes, TINY)))
 
 
-def _differences(times: Array, places: Array, broken: np.ndarray, order: int) -> tuple[Array, Array, float, np.ndarray]:
+def _differences(
+    times: Array, places: Array, squares: Array, broken: np.ndarray, order: int
+) -> tuple[Array, Array, float, float, np.ndarray]:
     """Return the factors of divided differences, the differences of places, (S, K, 3), their median, and which count.
 
-    broken: intervals that no difference spans, (S - 1,).
+    The differences are as far as they count beside rounding.  Their median, and that of their rounding [m], which is
+    returned before the last, are of those that rounding moves least.  squares: of the rounding of rows along each axis
+    [m2], (S, 3); broken: intervals that no difference spans, (S - 1,).
     """
     spans = np.convolve(broken, np.ones(order), "valid") == 0
     windows = sliding_window_view(times, order + 1)
     factors = 1.0 / (windows[:, :, None] - windows[:, None] + np.eye(order + 1)).prod(axis=2)
     factors /= np.linalg.norm(factors, axis=1)[:, None]
     differences = np.einsum("wo,wkio->wki", factors, sliding_window_view(places, order + 1, axis=0))
-    median = float(np.median(np.abs(differences[spans]))) if spans.any() else 0.0
+    if not spans.any():
+        return factors, differences, 0.0, 0.0, spans
+    rounding = np.sqrt(np.einsum("wo,wio->wi", np.square(factors), sliding_window_view(squares, order + 1, axis=0)))
+    fine = rounding <= COARSER * np.quantile(rounding[spans], FINEST)
+    fine &= spans[:, None]
+    median = float(np.median(np.abs(np.swapaxes(differences, 1, 2)[fine])))
+    if median > 0.0:  # differences that rounding moves further say as much over what moves them
+        differences /= np.hypot(1.0, rounding / (OF_MEDIAN * median))[:, None]
     kept = spans & (np.abs(differences).max(axis=(1, 2)) <= OUTLIER * OF_MEDIAN * median)
-    return factors, differences, median, kept
+    return factors, differences, median, float(np.sqrt(3.0) * np.median(rounding[fine])), kept
 
 
-def _noise_of(times: Array, places: Array, broken: np.ndarray, order: int) -> float:
-    """Return the standard deviation of white noise in places [m], (S, K, 3), or 0; broken: intervals, (S - 1,)."""
+def _noise_of(times: Array, places: Array, squares: Array, broken: np.ndarray, order: int) -> tuple[float, float]:
+    """Return the standard deviation of white noise in places [m], (S, K, 3), or 0; and their rounding there [m].
+
+    squares, broken: as in `_differences`.
+    """
     if len(places) <= order + 1:
-        return 0.0
-    factors, differences, median, kept = _differences(times, places, broken, order)
+        return 0.0, 0.0
+    factors, differences, median, rounding_m, kept = _differences(times, places, squares, broken, order)
     pairs = kept[:-1] & kept[1:]
     before, after = differences[:-1][pairs], differences[1:][pairs]
     size = float(np.linalg.norm(before) * np.linalg.norm(after))
     if len(before) < FEWEST or not size > 0.0:
-        return 0.0
+        return 0.0, 0.0
     middle = order // 2  # where a difference has most of its weight
     moved = (places[middle + 1 :][: len(kept)] - places[middle - 1 :][: len(kept)])[kept]
     along = np.square((differences[kept] * moved).sum(axis=2)) / np.maximum(np.square(moved).sum(axis=2), TINY)
     if along.sum() > ALONG * np.square(differences[kept]).sum():
-        return 0.0
+        return 0.0, 0.0
     white = float((factors[:-1, 1:] * factors[1:, :-1]).sum(axis=1)[pairs].mean())
     share = (1.0 + float((before * after).sum()) / size) / (1.0 + white)
-    return OF_MEDIAN * median if LEAST <= share <= MOST else 0.0
+    return (OF_MEDIAN * median, rounding_m) if LEAST <= share <= MOST else (0.0, 0.0)

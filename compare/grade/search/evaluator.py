@@ -23,7 +23,7 @@ from tumble.compare.grade.measure.significance import (
 from tumble.compare.grade.measure.single_precision import fine_step, single_floor, stepwise
 from tumble.compare.grade.measure.speeds import rests_from, speeds_reached
 from tumble.compare.grade.model.kernel.dynamics import SMOOTH
-from tumble.compare.grade.model.program_model import FINE, SEARCHING, ZERO_ORDER_HOLD, ProgramModel
+from tumble.compare.grade.model.program_model import SEARCHING, ZERO_ORDER_HOLD, ProgramModel
 from tumble.scenarios.frames import Array
 
 # Steps in a row interval of a program of which nothing is known yet.
@@ -31,9 +31,10 @@ USUAL_STEPS = 4
 # A residual of so many floors, of the digits or of single precision, is only the error of the two simulations if it is
 # at most this share of what no mistake leaves.
 NEARLY_DIGITS, NEARLY_SINGLE, SMALL_SHARE = 4.0, 3.0, 1e-3
-# Noise of a coordinate that is no rounding, over the floor; and residuals of vertices that may be noise, over that of
-# the centre, since the attitude may have more.
-NOISY, MOST_NOISE = 1.0, 100.0
+# Residuals of vertices that may be noise, over that of the centre, since the attitude may have more.
+MOST_NOISE = 100.0
+# Effects of single precision that may be seen in noise, over that.
+MOVED = (1.0, 0.25)
 # Steps in a row interval that a program may take.
 PARTS = 200
 # Steps in a row interval of programs whose steps are too short to be seen but for their rounding, and the shortest [s].
@@ -64,11 +65,11 @@ class Evaluator:
         self._costs: dict[tuple[Hypothesis, bool], float] = {}
         self._explanations: dict[tuple[Mistakes, float], Explanation] = {}
         events = np.array([impulse.time for impulse in context.program.impulses])
-        noise_m = white_noise_m(
-            sample.times, sample.vertices, points, events, context.program.rounding, context.kind == "vertices"
-        )
+        are_vertices = context.kind == "vertices"
         # Rounding is noise too, of a floor at most.
-        self._noise_m = noise_m if noise_m > NOISY * self.scale.floor_m else 0.0
+        self._noise_m = white_noise_m(
+            sample.times, sample.vertices, points, events, context.program.rounding, are_vertices, scale.floors_m
+        )
         # What noise was added to is no number of single precision, though the program may be of that.
         self.single = single or self.is_noisy
         self.double_scale = self.scale.with_noise(self._noise_m)
@@ -183,7 +184,7 @@ class Evaluator:
 
     def _errors(self, program: ProgramModel) -> Array:
         """Return what a finely simulated program leaves of all rows [m], (S, K, 3)."""
-        pose = program.output(self.rows.times, FINE)
+        pose = program.output(self.rows.times, self.context.fineness)
         with np.errstate(all="ignore"):
             places = np.swapaxes((pose.axes.reshape(-1, 3) @ self.points.T).reshape(-1, 3, len(self.points)), 1, 2)
             return self.rows.vertices - (places + pose.x[:, None] if self.context.has_centre else places)
@@ -230,17 +231,21 @@ class Evaluator:
     def _is_noise(self, program: ProgramModel, errors: Array, scale: ResidualScale) -> bool:
         """Return whether a program's errors of rows, (S, K, 3), are noise; or noise at first, and what rounding adds.
 
-        Errors of single precision grow: rows that it may move by more than the noise are compared with both.
+        Errors of single precision grow: rows that it may move by a part of the noise are compared with both.
         scale: with the effect of single precision, if the program may be of that.
         """
         if self._is_white(program, errors, scale):
             return True
-        is_moved = np.square(scale.floors_m).mean(axis=1) > self._noise_m**2
-        count, both = int(is_moved.argmax()), scale.with_noise(self._noise_m)
-        if not self.is_noisy or count <= FEWEST_PAIRS:
+        if not self.is_noisy:
             return False
-        moved = both.weighted(errors)[count:]
-        return both.is_within_floor(root_mean_square(moved)) and self._is_white(program, errors[:count], scale)
+        effects, both = np.sqrt(np.square(scale.floors_m).mean(axis=1)), scale.with_noise(self._noise_m)
+        begins = {int((effects > share * self._noise_m).argmax()) for share in MOVED}
+        return any(
+            both.is_within_floor(root_mean_square(both.weighted(errors)[begin:]))
+            and self._is_white(program, errors[:begin], scale)
+            for begin in begins
+            if begin > FEWEST_PAIRS
+        )
 
     def _is_white(self, program: ProgramModel, errors: Array, scale: ResidualScale) -> bool:
         """Return whether a program's errors of the first rows, (R, K, 3), are white noise."""
@@ -260,6 +265,10 @@ class Evaluator:
         with np.errstate(all="ignore"):
             in_body = np.einsum("tji,tkj->tki", axes, errors)
             return max(autocorrelation(errors), autocorrelation(in_body), key=abs)
+
+    def recovers(self, mistakes: Mistakes) -> bool:
+        """Whether a program takes the spin from attitudes, which rounding moves the more the shorter its steps are."""
+        return self.program_with(mistakes).scheme.recovers
 
     def program_with(self, mistakes: Sequence[Mistake]) -> ProgramModel:
         """Return the model of a program with these mistakes."""

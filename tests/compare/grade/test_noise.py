@@ -43,6 +43,20 @@ def test_noise_is_measured_by_the_centre_of_a_body_that_rotates_fast():
     assert white_noise_m(times, places[:, None] + corners, POINTS, np.empty(0)) < 1e-12
 
 
+@pytest.mark.parametrize(("noise_m", "found_m"), [(1e-4, 1e-4), (0.0, 0.0)])
+def test_noise_is_measured_where_rounding_is_smaller(noise_m, found_m):
+    """A body that has fallen far is written in fewer decimals."""
+    times, vertices = flown(200)
+    units = np.full((200, 3), 1e-6)
+    units[40:, 1] = 1e-2
+    written = vertices + noise_m * np.random.default_rng(6).standard_normal((200, 1, 3))
+    written = units[:, None] * np.round(written / units[:, None])
+    floors_m = units / np.sqrt(12.0)
+    found = white_noise_m(times, written, SCENE.body.points, EVENTS, floors_m=floors_m)
+    assert found == pytest.approx(found_m, rel=0.35)
+    assert noise_m or white_noise_m(times, written, SCENE.body.points, EVENTS) > 1e-7, "rounding is noise as well"
+
+
 def test_a_subsample_shows_the_noise_of_all_rows():
     times, vertices = flown(800)
     noise = 1e-4 * np.random.default_rng(8).standard_normal(vertices.shape)

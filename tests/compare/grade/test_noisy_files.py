@@ -56,4 +56,4 @@ def test_a_start_is_that_of_all_rows_and_not_of_the_first_one(tmp_path, name, pl
 def test_a_rate_is_fitted_to_the_noise_of_all_rows(tmp_path):
     """The search fits it only to what single precision, which these digits do not refute, would leave open."""
     program = correct_program(SCENE, 0).but(damping=(0.0, 0.0142, 0.0, 0.0, 0.0))
-    assert explained(noisy(tmp_path, program), SCENE, 0.1) == {"quadratic-drag": pytest.approx(0.0142, rel=1e-4)}
+    assert explained(noisy(tmp_path, program), SCENE, 0.1) == {"quadratic-drag": pytest.approx(0.0142, rel=2e-4)}
