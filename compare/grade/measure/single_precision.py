@@ -34,19 +34,18 @@ FACTOR = 3 * 2.0**-25
 
 def single_floor(program: ProgramModel, times: Array, points: Array) -> Array:
     """Return the floor of single precision on the vertices of a run in steps at times [s], in m, (T,)."""
-    plain = program.but(output_transforms=())
     precisions = [BIASED, ROUNDED, ROUNDED_TWICE]
     if program.scheme.attitude != RUNGE_KUTTA:
         # Some engines multiply w in each step by a factor that is nearly 1, such as |L| before over |L| after.
         precisions.append(SCALED)
-    others = [plain.but(scheme=plain.scheme._replace(precision=precision)) for precision in precisions]
+    others = [program.but(scheme=program.scheme._replace(precision=precision)) for precision in precisions]
     if any(program.damping) and program.damping_place != AS_FORCE:
         # So does damping, whose factor is rounded once and always the same.
         rates = (rate + FACTOR / program.scheme.step if rate else 0.0 for rate in program.damping)
-        others.append(plain.but(damping=tuple(rates)))
-    poses = outputs([plain, *others], times, SEARCHING)
+        others.append(program.but(damping=tuple(rates)))
+    poses = outputs([program, *others], times, SEARCHING)
     exact, *moved = (pose.x[:, None] + np.einsum("tij,kj->tki", pose.axes, points) for pose in poses)
-    reach = float(np.linalg.norm(points, axis=1).max())
+    reach = np.linalg.norm(exact - poses[0].x[:, None], axis=2).max(axis=1)
     with np.errstate(all="ignore"):
         biased, *effects = (np.sqrt(((other - exact) ** 2).sum(axis=2).mean(axis=1)) for other in moved)
         at_random = RANDOM * biased / np.sqrt(np.maximum(1.0, times / program.scheme.step))

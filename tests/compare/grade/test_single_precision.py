@@ -73,6 +73,14 @@ def recovered_run(number, start, dt, count):
     return np.array(found, dtype=float)
 
 
+def test_what_single_precision_costs_is_in_the_units_of_the_file():
+    scene, times = read_scene("brick-tumble"), np.linspace(0.0, 2.0, 41)
+    program, points = stepwise(correct_program(scene, 0), STEP), output_points(scene.body)
+    in_cm = program.but(output_transforms=(lambda pose: pose._replace(x=100.0 * pose.x, axes=100.0 * pose.axes),))
+    in_m, found = (single_floor(each, times, points) for each in (program, in_cm))
+    assert found == pytest.approx(100.0 * in_m)
+
+
 def test_a_mistake_that_is_larger_is_not_hidden(tmp_path):
     """In double precision, and printed in seven digits: single precision would cost 0.3 mm, the mistake does 4 mm."""
     path = CATALOGUE / "yardstick.toml"
