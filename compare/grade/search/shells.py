@@ -10,7 +10,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from tumble.compare.grade.measure.conserved import fitted_pose
 from tumble.compare.grade.measure.errors import SampledRows, golden_subsample
 from tumble.compare.grade.measure.significance import EXPLAINED, FREE_OF_A_BODY, ResidualScale
 from tumble.compare.grade.search.kernels import (
@@ -20,7 +19,7 @@ from tumble.compare.grade.search.kernels import (
     translation_equations,
     without_translation,
 )
-from tumble.scenarios.frames import Array, rotation_matrix
+from tumble.scenarios.frames import Array
 
 # First rows that are all looked at, and rows after an impulse.
 FIRST, AFTER_AN_IMPULSE = 10, 2
@@ -38,8 +37,8 @@ NEAR = 10.0
 LARGEST = 1e6
 # Vertices whose smallest extent is below this share of the largest lie in a plane.
 FLAT = 1e-6
-# Their distances are those of a rigid body if a pose leaves at most so many floors.
-RIGID = 20.0
+# They are not sheared if they are off by at most so many floors.
+UNSHEARED = 20.0
 # The block of the centre.
 THE_CENTRE = np.array((0, 1))
 # What is left for the translation, over its rounding, so that equations can be solved.
@@ -241,7 +240,7 @@ def _arms(points: Array) -> Array:
 def _affine(vertices: Array, points: Array, floors_m: Array) -> tuple[bool, Array, Array]:
     """Return the affine maps of points, (K, 3), to vertices, (T, K, 3): whether they are known, x and axes.
 
-    Of points in a plane, only a rotation is known; floors_m: of vertices, which show whether it is one, (T, 3).
+    Of points in a plane, only a rotation and a scale are; floors_m: of vertices, which show whether it is one, (T, 3).
     """
     nothing = np.zeros((len(vertices), 3)), np.zeros((len(vertices), 3, 3))
     centred = points - points.mean(axis=0)
@@ -249,11 +248,28 @@ def _affine(vertices: Array, points: Array, floors_m: Array) -> tuple[bool, Arra
     if extent[1] <= FLAT * extent[0]:
         return False, *nothing
     if extent[2] <= FLAT * extent[0]:
-        poses = fitted_pose(vertices, points)
-        x, axes = poses[:, 0:3], rotation_matrix(poses[:, 3:7])
-        off = vertices - x[:, None] - np.einsum("tij,kj->tki", axes, points)
-        is_rigid = bool((np.abs(off) <= RIGID * floors_m[:, None]).all())
-        return (True, x, axes) if is_rigid else (False, *nothing)
+        return _similar(vertices, points, floors_m)
     full = np.column_stack((np.ones(len(points)), points))
     maps = np.einsum("pk,tki->tpi", np.linalg.pinv(full), vertices)
     return True, maps[:, 0], np.swapaxes(maps[:, 1:], 1, 2)
+
+
+def _similar(vertices: Array, points: Array, floors_m: Array) -> tuple[bool, Array, Array]:
+    """Return what `_affine` does of points in a plane, from which the body is rotated and scaled, and not sheared.
+
+    The normal of the plane is scaled as the plane is: a quaternion that is not of unit length scales the body.
+    """
+    middle = points.mean(axis=0)
+    basis = np.linalg.svd(points - middle, full_matrices=False)[2]
+    plane, normal = basis[:2], np.cross(basis[0], basis[1])
+    flat = (points - middle) @ plane.T
+    centres = vertices.mean(axis=1)
+    images = np.einsum("pk,tki->tpi", np.linalg.pinv(flat), vertices - centres[:, None])
+    scales = np.linalg.svd(images, compute_uv=False)
+    sizes = np.sqrt(np.maximum(scales.prod(axis=1), np.finfo(float).tiny))
+    across = np.cross(images[:, 0], images[:, 1]) / sizes[:, None]
+    axes = np.einsum("tpi,pj->tij", np.concatenate((images, across[:, None]), axis=1), [*plane, normal])
+    x = centres - axes @ middle
+    off = np.ptp(scales, axis=1) * np.abs(flat).max()
+    is_similar = bool((off <= UNSHEARED * floors_m.max(axis=1)).all())
+    return (True, x, axes) if is_similar else (False, np.zeros_like(x), np.zeros_like(axes))
