@@ -11,8 +11,8 @@ from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 NEARLY_RIGHT = 1e-4
 # So was a rate, over the largest one that is tried.
 NEARLY_NOTHING = 1e-6
-# Significant digits of a value that a person writes.
-PLAIN = 2
+# Significant digits of a value that a person writes. A fitted value has as few only if that is no chance.
+PLAIN = 4
 
 
 class Mistake(NamedTuple):

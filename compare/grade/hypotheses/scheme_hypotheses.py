@@ -204,7 +204,7 @@ def _step(own: Step, steps: tuple[tuple[float, str], ...]) -> Hypothesis:
             ("ticks", str(own.steps_a_tick) if own.steps_a_tick > 1 else ""),
         ),
         unlikely=UNUSUAL * ((own.gyroscopic not in USUAL) + (own.rotation not in USUAL) + own.other_axes)
-        + LIKELY * (own.steps_a_tick > 1),
+        + LIKELY * ((own.steps_a_tick > 1) + (own.substeps > 1)),
     )
 
 

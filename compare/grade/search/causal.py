@@ -6,15 +6,15 @@ from itertools import chain, combinations
 
 import numpy as np
 
-from tumble.compare.grade.hypotheses.explanation import Mistakes
+from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.hypotheses.mistakes.output import OUTPUT_PARTS
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
-from tumble.compare.grade.search.changes import RIGHT, Changes, best_of_each
+from tumble.compare.grade.search.changes import LONG, RIGHT, Changes, best_of_each
 from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.least_squares import Fitting
-from tumble.compare.grade.search.proposals import STEPS
+from tumble.compare.grade.search.proposals import DAMPED, STEPS
 from tumble.compare.grade.search.simulations import SearchStopped
 from tumble.scenarios.frames import Array
 
@@ -40,6 +40,8 @@ GLANCE = 0.25
 SHOWN, BEYOND, ROWS_BEYOND = 30.0, 1.2, 6
 # Parts of a program of which a mistake shows in the first row.
 AT_ONCE = OUTPUT_PARTS | {"start position", "start attitude"}
+# Factor by which a mistake makes a body turn faster at least, if steps hide that mistake.
+FASTER = 3.0
 # Share of what is wrong in the first row that may be left by a mistake that explains it.
 UNSHOWN = 0.01
 # Two parts of the run that differ by a smaller factor are one.
@@ -48,6 +50,8 @@ CLOSE = 1.1
 NEARLY = 0.25
 # Share of what no mistake leaves that is little enough to try a single change before others.
 HALF = 0.5
+# Share of a score that a change has to gain, or other schemes are tried as well.
+DECISIVE = 0.5
 # Programs that are kept from one part of the run to the next, and that are tried with what the first one still needs.
 KEPT, SWAPPED = 3, 8
 MOST_MISTAKES = 8
@@ -61,8 +65,8 @@ MUCH = 30.0
 HOPED = 20.0
 
 
-# Share of what a mistake with a value gains that counts, since any value explains a part of almost anything; and of a
-# vague mistake, or one with several values.
+# Share of what a mistake with a value gains that counts, since any value explains a part of almost anything; and of one
+# with several values.
 VALUED, VAGUE = 0.85, 0.5
 
 
@@ -139,10 +143,11 @@ class CausalSearch(Changes):
                 others = filter(self._turns, dict.fromkeys((*half[:KEPT], *then)))
                 # What the first row shows may have several reasons, each of which explains little alone.
                 alternatives = () if before else begun[1:]
-                others = chain(alternatives, self._same_before(begun[0], before), others)
+                spun_up = () if before else self._spun_up()
+                others = chain(alternatives, self._same_before(begun[0], before), spun_up, others)
                 pool = self._explored([*begun, *nearly[:KEPT], *self._known], others)
                 pool = self._swapped(pool, alike)
-                if not pool[0].is_whole or _is_vague(pool[0]):
+                if not pool[0].is_whole or _is_free_translation(pool[0]):
                     pool = self._named(pool, then)
                 alike = [c.mistakes for c in _distinct(pool)[:SWAPPED]]
                 # Later, a linear law may be better than the one that the first rows are nearest to.
@@ -168,6 +173,13 @@ class CausalSearch(Changes):
             self._known = [*self._nearest(programs, KEPT), ()]
         self._look_at(float(self._sample.times[0]))
         return [each for known in self._known for each in self._explaining_first_row(known)]
+
+    def _spun_up(self) -> Iterator[Mistakes]:
+        """Yield programs with a mistake that turns the body so fast that steps hide what else it does."""
+        fastest = self._simulations.fastest
+        least = max(LONG / self._context.spacing_s, FASTER * fastest(())["spin"])
+        named = [(Mistake(h),) for h in self._proposals.hypotheses if not (h.values or h.needs_steps)]
+        return (program for program in named if fastest(program)["spin"] > least)
 
     def _explaining_first_row(self, mistakes: Mistakes) -> list[Mistakes]:
         """Return programs with one more mistake that explain the first row; the same program if it does, or none do."""
@@ -408,6 +420,8 @@ class CausalSearch(Changes):
         if is_all and (is_whole or shells.is_near(errors) or shells.is_even(errors)):
             explained = self._evaluator.explain(mistakes)
             is_whole = explained.in_digits <= EXPLAINED if self._is_double else explained.is_whole
+            # Rounding of a spin that is taken from attitudes may explain almost anything.
+            is_whole = is_whole and (explained.in_common <= EXPLAINED or not self._evaluator.recovers(mistakes))
             is_enough = is_whole
         if self._fit.is_free and not is_enough:
             rotation = shells.without_centre(errors)
@@ -417,11 +431,13 @@ class CausalSearch(Changes):
     def _is_hidden(self, mistakes: Mistakes, errors: Array) -> bool:
         """Return whether single precision, which a program may have, hides its residuals, (T, K, 3)."""
         shells = self._simulations.shells
-        if self._is_double or not shells.is_near(errors):
+        if self._is_double or not shells.is_near(errors) or self._evaluator.recovers(mistakes):
             return False
         return self._evaluator.is_within_floor(mistakes, errors, shells.times, shells.floors_m)
 
-    def _explored(self, begun: Sequence[Mistakes], then: Iterable[Mistakes] = ()) -> list[Candidate]:
+    def _explored(
+        self, begun: Sequence[Mistakes], then: Iterable[Mistakes] = (), most_dives: int = MOST_DIVES
+    ) -> list[Candidate]:
         """Return programs, best first: the best of some, and what one change after the other makes of it.
 
         If that leads nowhere, others are tried, and then other first changes.
@@ -436,7 +452,7 @@ class CausalSearch(Changes):
             # what explains most alone.
             next_best = [] if self._fit.is_free else [c for c in others[:1] if not _is_vague(c)]
             waiting = chain(next_best, map(self._fitted, then), others[len(next_best) :])
-            for dive in range(MOST_DIVES):
+            for dive in range(most_dives):
                 best = min(pool.values(), key=_enough_first)
                 # A vague translation explains anything: what has a name is tried before it is believed.
                 is_believed = self._fit.is_free or not _is_vague(best) or dive >= DIVES
@@ -488,8 +504,9 @@ class CausalSearch(Changes):
         self._fit.is_free = False
         try:
             turned = [c for c in pool[:KEPT] if c.is_enough]  # only the translation is to be explained
-            begun = [tuple(m for m in c.mistakes if not m.hypothesis.vague) for c in turned or pool[:KEPT]]
-            named = self._explored(begun, single) if turned else self._explored([*begun, *single, *self._known])
+            begun = [tuple(m for m in c.mistakes if not _frees_translation(m)) for c in turned or pool[:KEPT]]
+            others = [*begun, *single, *self._known]
+            named = self._explored(begun, single) if turned else self._explored(others, most_dives=1)
             return sorted((*pool, *named), key=lambda c: c.weight)
         finally:
             self._fit.is_free = True
@@ -550,13 +567,20 @@ class CausalSearch(Changes):
         ranks = candidate.rank - counted * (candidate.score - self._screened(mistakes, programs, slopes))
         best = {programs[number]: shares[number] for number in best_of_each(owners, ranks)[:count]}
         children = self._children(candidate, best)
-        # Most programs that have a scheme keep it: another one is looked for when nothing else helps; or when single
-        # precision would explain what is left, of which most is a detail of a scheme.
-        helps = any(candidate.rank - child.rank >= self._much for child in children)
-        if helps and _has_scheme(mistakes) and not self._is_double:
+        # Most programs that have a scheme keep it where another change explains much; not where single precision would
+        # explain what is left, of which most is a detail of a scheme.
+        gained = max((candidate.rank - child.rank for child in children), default=0.0)
+        helps = gained >= self._much
+        if helps and gained >= DECISIVE * candidate.score and _has_scheme(mistakes) and not self._is_double:
             return children
-        schemes = dict.fromkeys(self._schemes(mistakes, HOPED if helps else 0.0), 1.0)
-        return [*children, *self._children(candidate, schemes)]
+        schemes = self._schemes(mistakes, HOPED if helps else 0.0)
+        children += self._children(candidate, dict.fromkeys(schemes, 1.0))
+        best = min(children, key=_by_rank, default=candidate)
+        if _is_newly_damped(best.mistakes, mistakes):
+            # Which scheme fits best was seen beside what damping does in proportion only.
+            others = [each for each in self._schemes(best.mistakes, 0.0) if each not in schemes]
+            children += self._children(candidate, dict.fromkeys(others, 1.0))
+        return children
 
     def _children(self, candidate: Candidate, programs: Mapping[Mistakes, float]) -> list[Candidate]:
         """Return the best of some programs, fitted, each with the share of what it gains that counts."""
@@ -581,12 +605,22 @@ def _has_scheme(mistakes: Mistakes) -> bool:
     return any(m.hypothesis.part == STEPS for m in mistakes)
 
 
+def _is_newly_damped(mistakes: Mistakes, before: Mistakes) -> bool:
+    """Return whether a program has a scheme and damping, and another one no damping."""
+    now, then = (any(m.hypothesis.part in DAMPED for m in each) for each in (mistakes, before))
+    return now and not then and _has_scheme(mistakes)
+
+
 def _is_vague(candidate: Candidate) -> bool:
     return any(m.hypothesis.vague for m in candidate.mistakes)
 
 
 def _is_free_translation(candidate: Candidate) -> bool:
-    return any(m.hypothesis.vague and m.hypothesis.part in TRANSLATION for m in candidate.mistakes)
+    return any(map(_frees_translation, candidate.mistakes))
+
+
+def _frees_translation(mistake: Mistake) -> bool:
+    return mistake.hypothesis.vague and mistake.hypothesis.part in TRANSLATION
 
 
 def _by_rank(candidate: Candidate) -> float:
@@ -603,7 +637,7 @@ def _enough_first(candidate: Candidate) -> tuple[bool, float]:
 
 def _share_of(hypothesis: Hypothesis) -> float:
     """Return the share of what a mistake gains that counts."""
-    if hypothesis.vague or hypothesis.scale:
+    if hypothesis.scale:
         return VAGUE
     return VALUED if hypothesis.fitted else 1.0
 

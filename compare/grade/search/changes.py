@@ -13,7 +13,7 @@ from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.kernels import first_alike
 from tumble.compare.grade.search.least_squares import Fitting
 from tumble.compare.grade.search.parts import Parts
-from tumble.compare.grade.search.proposals import Proposals, Run, SchemeKind
+from tumble.compare.grade.search.proposals import MOST_STEPS, Proposals, Run, SchemeKind
 from tumble.compare.grade.search.shells import finite
 from tumble.scenarios.frames import Array
 
@@ -25,6 +25,8 @@ PLACED, DETAILED = 32, 10
 MAY_BE_DAMPED = 3
 # Radians in a step from which the length of the right one is estimated.
 SHORT = 0.3
+# Share of the effect of a step from which the length of the right one is estimated, below which that is far off.
+FAR_OFF = 0.1
 # Radians in a step from which errors grow in no order.
 LONG = 1.0
 # Residuals in floors of rows that are right; effects that cannot be seen, and that can; and one as good as infinite.
@@ -178,14 +180,15 @@ class Changes(Parts):
         found = self._simulations.errors(programs)
         distinct = self._distinct(programs, found, self._simulations.errors([mistakes]))
         wanted = [(kinds[number], programs[number]) for number in distinct]
-        shares: dict[int, float] = {}
+        ideals: dict[int, set[float]] = {}
         gained = 0.0
         for others in dict.fromkeys(kinds[number].others for number in distinct):
             same = [number for number in distinct if kinds[number].others == others]
             upon = self._proposals.ordered(others)
             errors, slopes = self._simulations.errors([upon]), self._all_slopes(upon, self._damping_kinds)
             own = self._shares(found[same], errors, slopes)
-            shares.update(zip(same, own, strict=True))
+            those = [kinds[number] for number in same]
+            ideals.update(zip(same, self._ideals(those, first, own, errors, slopes), strict=True))
             if hoped:
                 gained = max(gained, self._gain(found[same], errors, slopes, own))
         # Errors of steps in which the body turns far grow in no order; there, w from attitudes looks like damping.
@@ -194,12 +197,8 @@ class Changes(Parts):
         if gained < hoped:
             return tried
         wanted += tried
-        for number, share in shares.items():
-            if share <= 0:
-                continue
-            # Parts of a scheme have errors of other orders, and a limit has one of order 1 in any method.
-            ideals = [first * share ** (1 / order) for order in {1, kinds[number].order}]
-            nearest = {s for ideal in ideals for s in self._proposals.steps_near(mistakes, self._until, ideal)}
+        for number, own in ideals.items():
+            nearest = {s for ideal in own for s in self._proposals.steps_near(mistakes, self._until, ideal)}
             wanted += [
                 (kinds[number], self._upon(kinds[number], s)) for s in sorted(nearest) if s != first and s not in long
             ]
@@ -215,6 +214,27 @@ class Changes(Parts):
             short = self._proposals.short_steps(self._until)
             wanted += [(kind, self._upon(kind, s)) for kind in classical for s in short]
         return wanted
+
+    def _ideals(
+        self, kinds: Sequence[SchemeKind], first: float, shares: Sequence[float], errors: Array, slopes: Array
+    ) -> list[set[float]]:
+        """Return for each kind of scheme lengths of a step [s] that may be right; none if it makes errors larger.
+
+        shares: of its effect in steps of a first length that make errors least; errors, slopes: as in `_shares`.
+        """
+        # Parts of a scheme have errors of other orders, and a limit has one of order 1 in any method.
+        found = [
+            {first * share ** (1 / order) for order in {1, kind.order}} if share > 0 else set()
+            for kind, share in zip(kinds, shares, strict=True)
+        ]
+        # A method of high order has no effect of that order where a motion amplifies it to more than can be seen.
+        again = [n for n, share in enumerate(shares) if 0 < share < FAR_OFF and self._proposals.is_method(kinds[n])]
+        if again:
+            steps = [max(min(found[n], key=lambda ideal: abs(ideal - first)), self._until / MOST_STEPS) for n in again]
+            left = self._simulations.errors([self._upon(kinds[n], step) for n, step in zip(again, steps, strict=True)])
+            for n, step, share in zip(again, steps, self._shares(left, errors, slopes), strict=True):
+                found[n] |= {step * share ** (1 / kinds[n].order)} if share > 0 else set()
+        return found
 
     def _distinct(self, programs: Sequence[Mistakes], found: Array, errors: Array) -> list[int]:
         """Return the numbers of programs without those that leave nearly the same as a more likely one.

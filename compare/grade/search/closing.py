@@ -32,8 +32,14 @@ NEARLY = 1.5
 LARGER_IF_PLAIN = 3.0
 # Significant digits of a value that a person wrote, and the largest share of values that are as near to one by chance.
 FEW_DIGITS, CHANCE = (1, 2, 3, 4), 0.03
-# A factor that differs from 1 by less may make up for the rounding of short steps.
+# So many digits are written by most persons: more are only where they are no chance.
+WRITTEN = 2
+# Those that distinguish any two values.
+MOST_DIGITS = 17
+# A factor that differs from 1 by less is suspect.
 SUSPECT = 1e-2
+# Another scheme is believed beside mistakes with which single precision explains all if it leaves so many times less.
+MUCH_LESS = 4.0
 # Twice the logarithm of the likelihood that a plainer value may leave less of, beside noise.
 NOISIER = 4.0
 # Other programs that are simulated finely.
@@ -173,8 +179,10 @@ class Closing:
                 self.is_stopped = True
                 return best
             others = list(self._explained(refitted))
-            if mistake.is_nearly_right(SUSPECT):
-                others = [self._evaluator.in_short_steps(fewer) for fewer in others]
+            # A step or a factor may make up for the rounding of shorter steps.
+            if mistake.hypothesis.part == STEPS or mistake.is_nearly_right(SUSPECT):
+                shorter = map(self._evaluator.in_short_steps, others)
+                others = [fewer for fewer in shorter if not leaves_much_less(best, fewer)]
             best = next((fewer for fewer in others if self.is_as_good(fewer, best)), best)
         return best
 
@@ -222,7 +230,8 @@ class Closing:
         for named in sorted(hypothesis.named_values, key=lambda named: abs(named - value))[:1]:
             yield with_value(mistakes, hypothesis, named)
         for digits in FEW_DIGITS:
-            yield with_value(mistakes, hypothesis, _in_digits(value, digits))
+            if (plain := _in_digits(value, digits)) is not None:
+                yield with_value(mistakes, hypothesis, plain)
 
     def _plainer_damping(self, mistakes: Mistakes) -> Iterator[Mistakes]:
         """Yield mistakes with damping of plainer rates, in the form that has them; all has one form and place.
@@ -251,8 +260,10 @@ class Closing:
                     rate = rate_of_a_step(left, DAMPING_FORMS[form]) / step.value
                 kind = one.hypothesis.name.partition("-")[0]
                 hypothesis = self._proposals.schemes.damping(kind, where, form if where != AS_FORCE else LINEARLY)
-                found.append(Mistake(hypothesis, _in_digits(rate, digits)))
-            yield self._proposals.ordered((*kept, *found))
+                if (plain := _in_digits(rate, digits)) is not None:
+                    found.append(Mistake(hypothesis, plain))
+            if len(found) == len(damping):
+                yield self._proposals.ordered((*kept, *found))
 
     def _without_details(self, best: Explanation) -> Explanation:
         """Return an explanation without the details of its step that all other steps fit as well."""
@@ -309,13 +320,22 @@ def is_rounded(other: Explanation, best: Explanation) -> bool:
     is_plainer = other.names == best.names and other.odd_values < best.odd_values
     if not is_plainer or not other.within_floor or needs_no_single(best, other):
         return False
-    return all(_chance(values[name], plain) <= CHANCE for name, plain in plainer.items())
+    return all(_chance(values[name], plain, _digits_of(plain)) <= CHANCE for name, plain in plainer.items())
 
 
-def _chance(value: float, plain: float) -> float:
-    """Return the share of values that are as near as this one to any of as few significant digits as a plain one."""
-    digits = next((n for n in FEW_DIGITS if _in_digits(plain, n) == plain), None)
-    return abs(plain - value) / abs(value) * 10.0**digits if value and digits else float(plain != value)
+def leaves_much_less(explanation: Explanation, other: Explanation) -> bool:
+    """Return whether an explanation leaves much less than another one, although single precision would explain that.
+
+    Of what single precision explains in any program, less says nothing; and any value may be fitted to what it leaves.
+    """
+    is_less = explanation.in_common <= other.in_common / MUCH_LESS
+    has_more = fitted_of(explanation.mistakes) > fitted_of(other.mistakes)
+    return explanation.within_floor and is_less and other.in_common > EXPLAINED and not has_more
+
+
+def fitted_of(mistakes: Mistakes) -> set[Hypothesis]:
+    """Return those mistakes whose values are fitted."""
+    return {mistake.hypothesis for mistake in mistakes if mistake.hypothesis.fitted}
 
 
 def needs_no_single(one: Explanation, other: Explanation) -> bool:
@@ -323,9 +343,20 @@ def needs_no_single(one: Explanation, other: Explanation) -> bool:
     return one.in_digits <= EXPLAINED < EXPLAINED * NEARLY < other.in_digits
 
 
-def _in_digits(value: float, digits: int) -> float:
-    """Return a value in so many significant digits."""
-    return float(f"{value:.{digits - 1}e}")
+def _in_digits(value: float, digits: int) -> float | None:
+    """Return a value in so many significant digits; None where more than a few are as near to the value by chance."""
+    plain = float(f"{value:.{digits - 1}e}")
+    return plain if digits <= WRITTEN or _chance(value, plain, digits) <= CHANCE else None
+
+
+def _digits_of(value: float) -> int:
+    """Return the number of significant digits of a value, up to those of a float."""
+    return next(digits for digits in range(1, MOST_DIGITS + 1) if float(f"{value:.{digits - 1}e}") == value)
+
+
+def _chance(value: float, plain: float, digits: int) -> float:
+    """Return the share of values that are as near as this one to any of so many significant digits."""
+    return abs(plain - value) / abs(value) * 10.0**digits if value else 0.0
 
 
 def left_in_a_step(share: float, form: str) -> float:

@@ -17,10 +17,12 @@ from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.closing import (
     LARGER,
     Closing,
+    fitted_of,
     is_hidden,
     is_named,
     is_no_larger,
     is_rounded,
+    leaves_much_less,
     needs_no_single,
 )
 from tumble.compare.grade.search.engine_search import EngineSearch
@@ -143,7 +145,7 @@ def _clearly_better(explained: Sequence[Explanation], null: Explanation) -> list
 def _of_double(
     evaluator: Evaluator, explained: Sequence[Explanation], stops_at: float, least_s: float
 ) -> list[Explanation]:
-    """Return explanations by programs of double precision that leave only what the digits allow.
+    """Return explanations by programs of double precision that leave only what the digits allow, or much less.
 
     They are sought if the digits do not show that the program is of single precision, and that would explain the rest;
     or the search took that for granted, and more is left.  stops_at: processor time [s]; least_s: of the first case.
@@ -156,11 +158,13 @@ def _of_double(
     if evaluator.is_known or best is None or best.in_digits <= EXPLAINED or search_clock() > stops_at:
         return []
     search = CausalSearch(evaluator, is_double=True)
-    found = [] if best.is_vague else search.beyond(best.mistakes, stops_at)
-    if not (found and found[0].is_whole):
-        found = search.candidates(stops_at)
+    beyond = [] if best.is_vague else search.beyond(best.mistakes, stops_at)
+    found = beyond if beyond and beyond[0].is_whole else search.candidates(stops_at)
     every = [evaluator.explain(each.mistakes) for each in found[:FINALISTS]]
-    return [each for each in every if each.in_digits <= EXPLAINED or each.is_noise]
+    # Or of single precision, with another scheme.
+    others = [each.mistakes for each in beyond if fitted_of(each.mistakes) <= fitted_of(best.mistakes)]
+    better = [each for each in map(evaluator.explain, others[:FINALISTS]) if leaves_much_less(each, best)]
+    return [*(each for each in every if each.in_digits <= EXPLAINED or each.is_noise), *better]
 
 
 def _closed(explained: Sequence[Explanation], closing: Closing, least_s: float) -> list[Explanation]:
@@ -310,6 +314,7 @@ def _is_padded(explanation: Explanation, others: Iterable[Explanation]) -> bool:
         other.names < explanation.names
         and (not needs_no_single(explanation, other) or _is_fitted_to(explanation, other))
         and (_helps_little(explanation, other) or (other.within_floor and explanation.within_floor))
+        and not leaves_much_less(explanation, other)
         for other in others
     )
 

@@ -251,8 +251,13 @@ class Proposals:
         for own, step in self._own_step(mistakes):
             # Rotations without a gyroscopic term are the same in explicit steps.
             moved = replace(own, explicit=False, other_axes=own.other_axes and not own.explicit)
+            others = tuple(m for m in mistakes if m is not step)
             for substeps in SUBSTEPS:
                 yield ("details",), self._with_step(mistakes, step, replace(moved, substeps=substeps))
+                # The same steps of the centre, and longer ones of the rotation.
+                longer = Mistake(self.schemes.step(replace(moved, substeps=substeps)), substeps * step.value)
+                if substeps > own.substeps == 1 and longer.value <= self._context.spacing_s * (1 + NEAR):
+                    yield ("substeps",), self.ordered((*others, longer))
             # Kinds of schemes have neither substeps nor ticks of several steps.
             for rotation, normalise_every in ROTATIONS if max(own.substeps, own.steps_a_tick) > 1 else ():
                 turned = replace(own, rotation=rotation, normalise_every=normalise_every)
@@ -348,6 +353,10 @@ class Proposals:
         if own is None or own.other_axes or own.gyroscopic not in ("", *PLAIN_GYROSCOPIC[:2]):
             return False
         return (own.rotation, own.normalise_every) == PLAIN_ROTATIONS[0]
+
+    def is_method(self, kind: SchemeKind) -> bool:
+        """Return whether a kind is a method that evaluates the rates of change several times."""
+        return kind.hypothesis in self._methods
 
     def recovers(self, kind: SchemeKind) -> bool:
         """Return whether programs of a kind take w from attitudes."""

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+import pytest
 from explanations import explanation
 
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake
@@ -32,6 +33,16 @@ def test_one_that_leaves_nothing_needs_to_help_less():
     assert not _is_padded(explanation("ab", 0.99 / LEAST_HELP, nothing=True), [ALONE])
     assert _is_padded(explanation("ab", 1.01 / LEAST_HELP, nothing=True), [ALONE])
     assert _is_padded(explanation("ab", 1e-9, nothing=True), [explanation("a", 1e-6, nothing=True)])
+
+
+@pytest.mark.parametrize(("left", "without", "is_padded"), [(0.5, 7.5, False), (3.0, 7.5, True), (0.1, 1.9, True)])
+def test_a_scheme_is_no_padding_where_much_is_left_without_it(left, without, is_padded):
+    """Single precision would explain that too; but of what it explains in any program, less says nothing."""
+    pair, alone = explanation("ab", left, nothing=True), explanation("a", without, nothing=True)
+    assert _is_padded(pair, [alone]) is is_padded
+    rate = Mistake(Hypothesis("rate", "rate", "{}", lambda program, _: program, (0.1, 1.0)), 0.5)
+    fitted = replace(pair, mistakes=(*alone.mistakes, rate))
+    assert _is_padded(fitted, [alone]), "any value may be fitted to what single precision leaves"
 
 
 def test_only_some_of_its_own_mistakes_make_it_padding():
@@ -68,7 +79,7 @@ def test_of_explanations_that_single_precision_hides_one_with_plain_values_is_to
         replace(
             explanation("a", left, nothing=True), mistakes=(Mistake(rate, value),), in_floors=floors, in_digits=50.0
         )
-        for left, value, floors in ((1.0, 0.2503, 0.1), (3.0, 0.25, 0.4), (9.0, 0.3, 1.2))
+        for left, value, floors in ((1.0, 0.250312, 0.1), (3.0, 0.25, 0.4), (9.0, 0.3, 1.2))
     )
     ranked = [first, larger, plain]
     assert _as_good(evaluator, ranked) == [first, plain]

@@ -28,7 +28,7 @@ from tumble.compare.grade.search import diagnosis
 from tumble.compare.grade.search.causal import AT_ONCE, HOPED, Candidate, CausalSearch
 from tumble.compare.grade.search.changes import Effects
 from tumble.compare.grade.search.clock import search_clock
-from tumble.compare.grade.search.closing import HIDDEN, Closing, is_named, is_rounded
+from tumble.compare.grade.search.closing import HIDDEN, Closing, _in_digits, is_named, is_rounded
 from tumble.compare.grade.search.diagnosis import Diagnosis
 from tumble.compare.grade.search.shells import NOISY_ROWS, ROWS, Shells
 from tumble.compare.grade.search.simulations import SearchStopped
@@ -185,7 +185,7 @@ def test_other_axes_are_named_although_left_handed_ones_explain_the_rotation(tmp
 def test_what_explains_most_of_the_translation_alone_is_tried_again_with_it():
     search, tried = CausalSearch.__new__(CausalSearch), []
     search._fit = SimpleNamespace(is_free=True)
-    search._explored = lambda programs: tried.append((search._fit.is_free, list(programs))) or []
+    search._explored = lambda programs, most_dives: tried.append((search._fit.is_free, list(programs))) or []
     alone, free = candidate("a", 1.0), candidate("b", 0.5)
     assert search._named([free], [alone.mistakes]) == [free]
     assert tried == [(False, [free.mistakes, alone.mistakes, ()])]
@@ -221,7 +221,13 @@ def test_a_plain_value_may_leave_more_if_single_precision_hides_it(other, is_as_
 
 @pytest.mark.parametrize(
     ("fitted", "plain", "is_told"),
-    [(0.0998, 0.1, True), (0.0990, 0.1, False), (0.24995, 0.25, True), (0.2490, 0.25, False), (0.0998, 0.0998, False)],
+    [
+        (0.099812, 0.1, True),
+        (0.099012, 0.1, False),
+        (0.249951, 0.25, True),
+        (0.249012, 0.25, False),
+        (0.0998, 0.0998, False),
+    ],
 )
 def test_a_value_so_near_to_a_plain_one_is_that_if_single_precision_allows_it(fitted, plain, is_told):
     """Of all values, one in fifty is within 0.2 % of one in one digit, or within 0.02 % of one in two digits."""
@@ -260,7 +266,15 @@ def test_fitted_values_of_others_are_no_reason_to_prefer_them_to_plain_ones():
     assert [each.weight for each in closing.alternatives(best)] == [8.0]
 
 
-@pytest.mark.parametrize(("value", "is_open"), [(0.25, False), (0.2503, True)])
+@pytest.mark.parametrize(
+    ("value", "digits", "plain"),
+    [(1.468, 2, 1.5), (1.470008, 3, 1.47), (1.4688, 3, None), (0.03142002, 4, 0.03142), (0.031416, 4, None)],
+)
+def test_many_digits_are_plain_only_if_they_are_no_chance(value, digits, plain):
+    assert _in_digits(value, digits) == plain
+
+
+@pytest.mark.parametrize(("value", "is_open"), [(0.25, False), (0.2503, False), (0.250312, True)])
 def test_plain_values_are_firm_though_single_precision_explains_much(value, is_open):
     rate = Hypothesis("rate", "rate", "{}", lambda program, _: program, (0.1, 1.0))
     best = replace(explanation("ab", 1.0, nothing=True), in_digits=50.0)

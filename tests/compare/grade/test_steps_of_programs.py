@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,13 +14,41 @@ from tumble.compare.grade.grade import grade
 from tumble.compare.grade.hypotheses.explanation import Mistake
 from tumble.compare.grade.hypotheses.names import SPIN_RECOVERED
 from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
+from tumble.compare.grade.model.kernel.dynamics import (
+    AXIS_BY_AXIS,
+    BEFORE_FORCES,
+    CONVERGED,
+    EXPONENTIAL,
+    IMPLICIT,
+    Scheme,
+)
 from tumble.compare.grade.model.program_model import FINE, correct_program
 from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.closing import Closing
 from tumble.compare.grade.search.proposals import STEPS, Proposals
 from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY
-from tumble.scenarios.read import read_scene, scene_path
+from tumble.scenarios.read import read_scene, scene_of, scene_path
 
+# Struck far from the origin: with levers from there it turns by radians in a row interval.
+STRUCK = """
+title = "Heavy body that is struck far from the origin"
+duration = 1.0
+samples = 20
+step = 0.001
+gravity = [0.0, 0.0, -9.8]
+[body]
+shape = "rigid"
+mass = 12.0
+inertia = [[0.069, -0.008, -0.011], [-0.008, 0.058, -0.0076], [-0.011, -0.0076, 0.024]]
+points = [[-0.04, 0.09, 0.02], [0.07, 0.03, -0.02], [0.02, -0.04, -0.02], [0.07, 0.03, 0.01], [0.02, -0.08, 0.01]]
+position = [-0.6, -0.1, 0.9]
+orientation = [0.57, -0.72, -0.25, 0.29]
+velocity = [4.0, 0.1, -4.6]
+[[impulse]]
+time = 0.0
+value = [1.2, 6.2, 4.2]
+vertex = 4
+"""
 LOOP = {"method": "symplectic", "axes": "world", "turn": "quaternion", "until": 1.5}
 
 
@@ -51,6 +80,53 @@ def test_a_step_in_which_the_body_turns_by_radians_is_named(tmp_path):
     """Errors of such steps grow in no order, so a short one does not show how long they are."""
     values = named(tmp_path, "spin-fast", dt=0.02, every=1, until=0.4, turn="exponential", axes="momentum")
     assert values == {"symplectic-euler": pytest.approx(0.02)}
+
+
+def test_a_method_of_high_order_is_named_where_the_motion_amplifies_its_errors(tmp_path):
+    """In long steps the handle flips at other times: their errors do not show which step leaves those of the file."""
+    path = scene_path("dzhanibekov")
+    rows = fly(path, Program(dt=0.002, every=10, until=8.0))
+    file = write(tmp_path / "flips.csv", rows, read(path).vertices, form="{:.9f}".format)
+    assert explained(file, read_scene("dzhanibekov")) == {"runge-kutta-4": pytest.approx(0.002)}
+
+
+def test_a_quaternion_that_is_never_normalised_shows_in_the_vertices_of_one_face(tmp_path):
+    """They are a plane: a rotation alone would take their scale for an error of something else."""
+    path = scene_path("two-hits")
+    program = Program(dt=0.00125, every=4, until=2.0, method="symplectic", axes="body", normalised=False)
+    rows = fly(path, program)
+    file = write(tmp_path / "face.csv", rows, read(path).vertices, kind=(0, 1, 2, 3), form="{:.4f}".format)
+    found = grade(Path(file), read_scene("two-hits"), {})
+    assert found.verdict == EXPLAINED_WHOLLY
+    [step] = found.diagnosis.best.mistakes
+    assert step.value == pytest.approx(0.00125)
+    assert dict(step.hypothesis.details)["normalised"] == "never"
+
+
+def test_a_scheme_is_looked_for_again_once_its_damping_is_fitted(tmp_path):
+    """The damping leaves far more than any scheme, and not in proportion to its rate."""
+    scene, times = read_scene("nesc-brick"), np.linspace(0.0, 5.0, 601)
+    scheme = Scheme(1 / 240, AXIS_BY_AXIS, CONVERGED, True, 1.0)
+    program = correct_program(scene, 0).but(
+        scheme=scheme, damping=(0.0, 0.0, 1.0, 0.0, 0.0), damping_place=BEFORE_FORCES
+    )
+    pose = program.output(times, FINE)
+    found = grade(write_poses(tmp_path / "damped.csv", times, pose.x, pose.q, form="%.7g"), scene, {})
+    assert found.verdict == EXPLAINED_WHOLLY
+    values = {m.hypothesis.name: m.value for m in found.diagnosis.best.mistakes}
+    assert values == {"angular-damping": pytest.approx(1.0), "symplectic-euler": pytest.approx(1 / 240)}
+
+
+def test_a_mistake_that_spins_a_body_up_is_named_although_its_steps_hide_it(tmp_path):
+    """The rotation is wrong with any single change; and with this one, in steps that a slow body may well take."""
+    scene, times = scene_of(STRUCK, Path("struck.toml"), "struck"), np.arange(73) / 72
+    right = correct_program(scene, 0).output(times, FINE)
+    _, every = evaluator_of(write_poses(tmp_path / "right.csv", times, right.x, right.q), scene)
+    lever = next(each for each in every if each.name == "impulse-lever-from-origin")
+    program = lever.change(correct_program(scene, 0), 0.0).but(scheme=Scheme(1 / 72, EXPONENTIAL, IMPLICIT, True, 1.0))
+    pose = program.output(times, FINE)
+    file = write_poses(tmp_path / "origin.csv", times, pose.x, pose.q, form="%.7g")
+    assert explained(file, scene) == {"impulse-lever-from-origin": 0.0, "symplectic-euler": pytest.approx(1 / 72)}
 
 
 @pytest.mark.parametrize(("scene", "are_tried"), [("spin-fast", True), ("brick-tumble", False)])
@@ -114,6 +190,15 @@ def proposals_for(folder, scene):
 def symplectic(proposals, step_s, steps_a_tick=1):
     """Return the mistake of steps of symplectic Euler [s]."""
     return Mistake(proposals.schemes.step(Step("explicit", "exponential", steps_a_tick=steps_a_tick)), step_s)
+
+
+@pytest.mark.parametrize("proposals", ["dzhanibekov"], indirect=True)
+def test_longer_steps_are_tried_in_which_the_centre_moves_as_before(proposals):
+    short = Mistake(proposals.schemes.step(Step("implicit", "half angle")), 0.0025)
+    longer = Mistake(proposals.schemes.step(Step("implicit", "half angle", substeps=4)), 0.01)
+    steps = [mistake for _, [mistake] in proposals._with_other_details((short,))]
+    assert any(each.hypothesis is longer.hypothesis and each.value == pytest.approx(0.01) for each in steps)
+    assert all(each.value < 0.011 for each in steps), "none is longer than a row interval"
 
 
 @pytest.mark.parametrize("proposals", ["dzhanibekov"], indirect=True)

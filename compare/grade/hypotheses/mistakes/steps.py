@@ -41,7 +41,7 @@ TRIED, RANGE = 7, 200
 # Weight that a velocity in body axes costs that is never corrected: with other mistakes it explains any few rows.
 UNLIKELY = 15.0
 # Weight that it costs to take w from attitudes, as position-based programs do: noise hides how other mistakes differ.
-POSITION_BASED = 4.0
+POSITION_BASED = 6.0
 RARELY = (2, 3, 4, 5, 8, 10, 16, 20, 25, 30, 32, 50, 60, 64, 100, 120, 128, 240, 500, 1000)
 METHODS = {
     "runge-kutta-4": ("Runge-Kutta of order 4", ORDER_4, 0.0), "midpoint": ("midpoint method", ORDER_2, 1.0),
