@@ -174,12 +174,14 @@ class CausalSearch(Changes):
         self._look_at(float(self._sample.times[0]))
         return [each for known in self._known for each in self._explaining_first_row(known)]
 
-    def _spun_up(self) -> Iterator[Mistakes]:
-        """Yield programs with a mistake that turns the body so fast that steps hide what else it does."""
-        fastest = self._simulations.fastest
-        least = max(LONG / self._context.spacing_s, FASTER * fastest(())["spin"])
+    def _spun_up(self) -> list[Mistakes]:
+        """Return programs with a mistake that turns the body so fast that steps hide it, if rows turn as far."""
+        fastest, least = self._simulations.fastest, LONG / self._context.spacing_s
+        if max(self._reached["spin"], default=0.0) < least:
+            return []
+        least = max(least, FASTER * fastest(())["spin"])
         named = [(Mistake(h),) for h in self._proposals.hypotheses if not (h.values or h.needs_steps)]
-        return (program for program in named if fastest(program)["spin"] > least)
+        return [program for program in named if fastest(program)["spin"] > least]
 
     def _explaining_first_row(self, mistakes: Mistakes) -> list[Mistakes]:
         """Return programs with one more mistake that explain the first row; the same program if it does, or none do."""
