@@ -308,6 +308,17 @@ def test_noise_is_not_the_rest_of_several_mistakes_of_which_one_explains_anythin
     assert verdict(null, best, single=False) == expected
 
 
+@pytest.mark.parametrize(
+    ("left", "in_common", "expected"),
+    [(0.04, 0.9, EXPLAINED_WHOLLY), (0.3, 0.04, EXPLAINED_WHOLLY), (0.3, 0.06, EXPLAINED_PARTLY)],
+)
+def test_single_precision_that_the_digits_do_not_show_is_the_rest_of_little(left, in_common, expected):
+    """Of all rows, or of those that it moves least: the last ones may hold nothing else."""
+    null = explanation("", 1e4, in_common=1e4)
+    best = replace(explanation("a", 1e4 * left, nothing=True, in_common=1e4 * in_common), weight=-1e6)
+    assert verdict(null, best, single=False) == expected
+
+
 def test_what_is_found_is_compared_and_simplified_before_all_time_is_used(tmp_path, monkeypatch):
     """A search in double precision, of what single precision explains, ends before."""
     begun, ends = diagnosis.search_clock(), []

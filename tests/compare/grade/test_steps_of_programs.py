@@ -127,6 +127,9 @@ def test_a_mistake_that_spins_a_body_up_is_named_although_its_steps_hide_it(tmp_
     pose = program.output(times, FINE)
     file = write_poses(tmp_path / "origin.csv", times, pose.x, pose.q, form="%.7g")
     assert explained(file, scene) == {"impulse-lever-from-origin": 0.0, "symplectic-euler": pytest.approx(1 / 72)}
+    slow, fast = (CausalSearch(evaluator_of(each, scene)[0])._spun_up() for each in (tmp_path / "right.csv", file))
+    assert slow == []
+    assert "impulse-lever-from-origin" in {m.hypothesis.name for [m] in fast}
 
 
 @pytest.mark.parametrize(("scene", "are_tried"), [("spin-fast", True), ("brick-tumble", False)])
