@@ -180,8 +180,8 @@ class Grade:
             return best.is_noise and best.rms_m <= LEFT_AS_NOISE * null.rms_m
         is_shown = self.measured.single or best.in_digits <= EXPLAINED or bool(diagnosis.engines)
         # Where a motion amplifies rounding, the last rows may hold nothing else; those that it moves less decide.
-        left = min(best.rms_m / null.rms_m, best.in_common / null.in_common)
-        return is_shown or left <= LEFT_AS_SINGLE
+        is_little = best.rms_m <= LEFT_AS_SINGLE * null.rms_m or best.in_common <= LEFT_AS_SINGLE * null.in_common
+        return is_shown or is_little
 
     @property
     def _is_all_noise(self) -> bool:

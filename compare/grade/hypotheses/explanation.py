@@ -15,6 +15,11 @@ NEARLY_NOTHING = 1e-6
 PLAIN = 4
 
 
+def in_digits(value: float, digits: int) -> float:
+    """Return a value in so many significant digits."""
+    return float(f"{value:.{digits - 1}e}")
+
+
 class Mistake(NamedTuple):
     """A hypothesis with its value."""
 
@@ -34,7 +39,7 @@ class Mistake(NamedTuple):
     @property
     def has_plain_value(self) -> bool:
         """Whether its value is a number that a person writes, such as 0.5 or 0.25."""
-        return isinstance(self.value, float) and self.value == float(f"{self.value:.{PLAIN - 1}e}")
+        return isinstance(self.value, float) and self.value == in_digits(self.value, PLAIN)
 
     def is_nearly_right(self, near: float = NEARLY_RIGHT) -> bool:
         """Whether its value was fitted and is nearly that of a right program; near: share, of factors and of 0."""

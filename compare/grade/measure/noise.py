@@ -4,6 +4,8 @@ Rows may be missing, as in a subsample: so the differences are divided ones, tim
 white noise as it is (Stoer and Bulirsch, "Introduction to Numerical Analysis" (2002), section 2.1.3).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
@@ -70,7 +72,7 @@ def white_noise_m(
         if noise_m > least_m:
             return larger * noise_m if larger * noise_m > rounding_m else 0.0
     # A centre that shows no noise beside its motion, or beside ticks between rows, hides that of vertices.
-    is_hidden = is_centre and _differences(times, centre, squares, broken, OF_VERTICES)[2] > least_m
+    is_hidden = is_centre and _differences(times, centre, squares, broken, OF_VERTICES).median > least_m
     if is_fast or is_hidden:
         return 0.0
     noise_m, rounding_m = _noise_of(times, vertices, squares, broken, OF_VERTICES)
@@ -94,14 +96,24 @@ def _turn(vertices: Array) -> float:
     return float(np.median(moves / np.maximum(sizes, TINY)))
 
 
-def _differences(
-    times: Array, places: Array, squares: Array, broken: np.ndarray, order: int
-) -> tuple[Array, Array, float, float, np.ndarray]:
-    """Return the factors of divided differences, the differences of places, (S, K, 3), their median, and which count.
+class Differences(NamedTuple):
+    """Divided differences of places.
 
-    The differences are as far as they count beside rounding.  Their median, and that of their rounding [m], which is
-    returned before the last, are of those that rounding moves least.  squares: of the rounding of rows along each axis
-    [m2], (S, 3); broken: intervals that no difference spans, (S - 1,).
+    factors: (W, O + 1); places: as far as they count beside rounding [m], (W, K, 3); median: of their sizes, and
+    rounding: of what rows are written with, of those that rounding moves least [m]; kept: which count, (W,).
+    """
+
+    factors: Array
+    places: Array
+    median: float
+    rounding: float
+    kept: np.ndarray
+
+
+def _differences(times: Array, places: Array, squares: Array, broken: np.ndarray, order: int) -> Differences:
+    """Return the differences of an order of places, (S, K, 3).
+
+    squares: of the rounding of rows along each axis [m2], (S, 3); broken: intervals that no difference spans, (S - 1,).
     """
     spans = np.convolve(broken, np.ones(order), "valid") == 0
     windows = sliding_window_view(times, order + 1)
@@ -109,7 +121,7 @@ def _differences(
     factors /= np.linalg.norm(factors, axis=1)[:, None]
     differences = np.einsum("wo,wkio->wki", factors, sliding_window_view(places, order + 1, axis=0))
     if not spans.any():
-        return factors, differences, 0.0, 0.0, spans
+        return Differences(factors, differences, 0.0, 0.0, spans)
     rounding = np.sqrt(np.einsum("wo,wio->wi", np.square(factors), sliding_window_view(squares, order + 1, axis=0)))
     fine = rounding <= COARSER * np.quantile(rounding[spans], FINEST)
     fine &= spans[:, None]
@@ -117,7 +129,7 @@ def _differences(
     if median > 0.0:  # differences that rounding moves further say as much over what moves them
         differences /= np.hypot(1.0, rounding / (OF_MEDIAN * median))[:, None]
     kept = spans & (np.abs(differences).max(axis=(1, 2)) <= OUTLIER * OF_MEDIAN * median)
-    return factors, differences, median, float(np.sqrt(3.0) * np.median(rounding[fine])), kept
+    return Differences(factors, differences, median, float(np.sqrt(3.0) * np.median(rounding[fine])), kept)
 
 
 def _noise_of(times: Array, places: Array, squares: Array, broken: np.ndarray, order: int) -> tuple[float, float]:

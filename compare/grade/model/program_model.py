@@ -376,20 +376,16 @@ def correct_program(scene: Scene, throw: int, rounding: float = 0.0) -> ProgramM
 
 def fineness_until(program: ProgramModel, until: float) -> float:
     """Return the largest rotation in a continuous step [rad] for which errors do not show until a time [s]."""
-    fineness, end = FINE, np.array([until])
-    least_m = UNSEEN * float(np.linalg.norm(np.ptp(program.body.points, axis=0)))
-    pose = program.output(end, fineness)
-    while fineness > FINE / FINER:
-        finer = program.output(end, fineness / 2)
-        if moved_m(pose, finer, program.body) <= least_m:
-            break
-        fineness, pose = fineness / 2, finer
+    fineness, unseen_m = FINE, UNSEEN * float(np.linalg.norm(np.ptp(program.body.points, axis=0)))
+    while fineness > FINE / FINER and error_m(program, fineness, until) > unseen_m:
+        fineness /= 2
     return fineness
 
 
-def moved_m(pose: Pose, other: Pose, body: Body) -> float:
-    """Return how far apart two poses have the points of a body at most [m]."""
-    apart = (pose.x - other.x)[:, None] + np.einsum("tij,kj->tki", pose.axes - other.axes, body.points)
+def error_m(program: ProgramModel, fineness: float, until: float) -> float:
+    """Return how far continuous steps, and such of half their length, have moved a point apart until a time [m]."""
+    pose, finer = (program.output(np.array([until]), each) for each in (fineness, fineness / 2))
+    apart = (pose.x - finer.x)[:, None] + np.einsum("tij,kj->tki", pose.axes - finer.axes, output_points(program.body))
     return float(np.linalg.norm(apart, axis=2).max())
 
 

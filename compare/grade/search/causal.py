@@ -423,7 +423,7 @@ class CausalSearch(Changes):
             explained = self._evaluator.explain(mistakes)
             is_whole = explained.in_digits <= EXPLAINED if self._is_double else explained.is_whole
             # Rounding of a spin that is taken from attitudes may explain almost anything.
-            is_whole = is_whole and (explained.in_common <= EXPLAINED or not self._evaluator.recovers(mistakes))
+            is_whole = is_whole and (explained.in_common <= EXPLAINED or not self._proposals.recovers(mistakes))
             is_enough = is_whole
         if self._fit.is_free and not is_enough:
             rotation = shells.without_centre(errors)
@@ -433,7 +433,7 @@ class CausalSearch(Changes):
     def _is_hidden(self, mistakes: Mistakes, errors: Array) -> bool:
         """Return whether single precision, which a program may have, hides its residuals, (T, K, 3)."""
         shells = self._simulations.shells
-        if self._is_double or not shells.is_near(errors) or self._evaluator.recovers(mistakes):
+        if self._is_double or not shells.is_near(errors) or self._proposals.recovers(mistakes):
             return False
         return self._evaluator.is_within_floor(mistakes, errors, shells.times, shells.floors_m)
 

@@ -193,7 +193,9 @@ class Changes(Parts):
                 gained = max(gained, self._gain(found[same], errors, slopes, own))
         # Errors of steps in which the body turns far grow in no order; there, w from attitudes looks like damping.
         long = self._proposals.long_steps(mistakes, self._until, LONG * turn_s)
-        tried = [(kind, self._upon(kind, s)) for kind in kinds if not self._proposals.recovers(kind) for s in long]
+        tried = [
+            (kind, self._upon(kind, s)) for kind in kinds if not self._proposals.recovers(kind.others) for s in long
+        ]
         if gained < hoped:
             return tried
         wanted += tried

@@ -9,7 +9,14 @@ from math import exp, log
 import numpy as np
 
 from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_FORMS, DAMPING_PLACES, GYROSCOPIC, ROTATION
-from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mistakes, with_value
+from tumble.compare.grade.hypotheses.explanation import (
+    PLAIN,
+    Explanation,
+    Mistake,
+    Mistakes,
+    in_digits,
+    with_value,
+)
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.hypotheses.mistakes.start import with_fixed_start, with_free_start
 from tumble.compare.grade.hypotheses.names import ANGULAR_DAMPING, LINEAR_DAMPING
@@ -31,7 +38,7 @@ NEARLY = 1.5
 # A value that a person wrote is likelier than any other: it may leave more.
 LARGER_IF_PLAIN = 3.0
 # Significant digits of a value that a person wrote, and the largest share of values that are as near to one by chance.
-FEW_DIGITS, CHANCE = (1, 2, 3, 4), 0.03
+FEW_DIGITS, CHANCE = range(1, PLAIN + 1), 0.03
 # So many digits are written by most persons: more are only where they are no chance.
 WRITTEN = 2
 # Those that distinguish any two values.
@@ -230,7 +237,7 @@ class Closing:
         for named in sorted(hypothesis.named_values, key=lambda named: abs(named - value))[:1]:
             yield with_value(mistakes, hypothesis, named)
         for digits in FEW_DIGITS:
-            if (plain := _in_digits(value, digits)) is not None:
+            if (plain := _plain_in(value, digits)) is not None:
                 yield with_value(mistakes, hypothesis, plain)
 
     def _plainer_damping(self, mistakes: Mistakes) -> Iterator[Mistakes]:
@@ -260,7 +267,7 @@ class Closing:
                     rate = rate_of_a_step(left, DAMPING_FORMS[form]) / step.value
                 kind = one.hypothesis.name.partition("-")[0]
                 hypothesis = self._proposals.schemes.damping(kind, where, form if where != AS_FORCE else LINEARLY)
-                if (plain := _in_digits(rate, digits)) is not None:
+                if (plain := _plain_in(rate, digits)) is not None:
                     found.append(Mistake(hypothesis, plain))
             if len(found) == len(damping):
                 yield self._proposals.ordered((*kept, *found))
@@ -343,15 +350,15 @@ def needs_no_single(one: Explanation, other: Explanation) -> bool:
     return one.in_digits <= EXPLAINED < EXPLAINED * NEARLY < other.in_digits
 
 
-def _in_digits(value: float, digits: int) -> float | None:
+def _plain_in(value: float, digits: int) -> float | None:
     """Return a value in so many significant digits; None where more than a few are as near to the value by chance."""
-    plain = float(f"{value:.{digits - 1}e}")
+    plain = in_digits(value, digits)
     return plain if digits <= WRITTEN or _chance(value, plain, digits) <= CHANCE else None
 
 
 def _digits_of(value: float) -> int:
     """Return the number of significant digits of a value, up to those of a float."""
-    return next(digits for digits in range(1, MOST_DIGITS + 1) if float(f"{value:.{digits - 1}e}") == value)
+    return next(digits for digits in range(1, MOST_DIGITS + 1) if in_digits(value, digits) == value)
 
 
 def _chance(value: float, plain: float, digits: int) -> float:

@@ -266,10 +266,6 @@ class Evaluator:
             in_body = np.einsum("tji,tkj->tki", axes, errors)
             return max(autocorrelation(errors), autocorrelation(in_body), key=abs)
 
-    def recovers(self, mistakes: Mistakes) -> bool:
-        """Whether a program takes the spin from attitudes, which rounding moves the more the shorter its steps are."""
-        return self.program_with(mistakes).scheme.recovers
-
     def program_with(self, mistakes: Sequence[Mistake]) -> ProgramModel:
         """Return the model of a program with these mistakes."""
         program = self.context.program

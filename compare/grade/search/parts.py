@@ -6,7 +6,7 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.explanation import Mistakes
 from tumble.compare.grade.measure.significance import ResidualScale
-from tumble.compare.grade.model.program_model import moved_m
+from tumble.compare.grade.model.program_model import error_m
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.least_squares import Fit
 from tumble.compare.grade.search.shells import NOISY_ROWS, ROWS, Shells, finite
@@ -91,15 +91,11 @@ class Parts:
         floor_m = np.sqrt(3.0) * float(np.median(self._scale.floors_m.min(axis=1)))  # of the axis with most digits
         small = OF_FLOOR * floor_m / (ERROR * self._scale.size_m)
         fineness = float(np.clip(UNIT * small**0.25, FINEST, COARSEST))
-        if (wrong := self._moved_by(fineness, until) / (OF_FLOOR * floor_m)) > 1.0:
+        # A motion may amplify the error.
+        if (wrong := error_m(self._context.program, fineness, until) / (OF_FLOOR * floor_m)) > 1.0:
             fineness = max(FINEST, fineness * wrong**-0.25)
         fine = Simulations(self._context, shells, self._stops_at, fineness)
         return fine, Simulations(self._context, shells, self._stops_at, COARSEST) if fineness < COARSEST else fine
-
-    def _moved_by(self, fineness: float, until: float) -> float:
-        """Return the error of a correct program in coarse steps at a time [m], which its motion may amplify."""
-        program, end = self._context.program, np.array([until])
-        return moved_m(program.output(end, fineness), program.output(end, fineness / 2), program.body)
 
     def _slopes(self, mistakes: Mistakes) -> Array:
         """Return the derivatives of residuals by the values that are fitted, (P, T, K, 3)."""

@@ -251,13 +251,12 @@ class Proposals:
         for own, step in self._own_step(mistakes):
             # Rotations without a gyroscopic term are the same in explicit steps.
             moved = replace(own, explicit=False, other_axes=own.other_axes and not own.explicit)
-            others = tuple(m for m in mistakes if m is not step)
             for substeps in SUBSTEPS:
-                yield ("details",), self._with_step(mistakes, step, replace(moved, substeps=substeps))
+                other, length = replace(moved, substeps=substeps), substeps * step.value
+                yield ("details",), self._with_step(mistakes, step, other)
                 # The same steps of the centre, and longer ones of the rotation.
-                longer = Mistake(self.schemes.step(replace(moved, substeps=substeps)), substeps * step.value)
-                if substeps > own.substeps == 1 and longer.value <= self._context.spacing_s * (1 + NEAR):
-                    yield ("substeps",), self.ordered((*others, longer))
+                if substeps > own.substeps == 1 and length <= self._context.spacing_s * (1 + NEAR):
+                    yield ("substeps",), self._with_step(mistakes, step, other, length)
             # Kinds of schemes have neither substeps nor ticks of several steps.
             for rotation, normalise_every in ROTATIONS if max(own.substeps, own.steps_a_tick) > 1 else ():
                 turned = replace(own, rotation=rotation, normalise_every=normalise_every)
@@ -276,8 +275,7 @@ class Proposals:
                 if number != own.steps_a_tick and self._moves_events(tick, step.value * number):
                     yield self._with_step(mistakes, step, replace(own, steps_a_tick=number))
                 if number > own.steps_a_tick and self._moves_events(tick, tick / number):
-                    shorter = Mistake(self.schemes.step(replace(own, steps_a_tick=number)), tick / number)
-                    yield tuple(shorter if m is step else m for m in mistakes)
+                    yield self._with_step(mistakes, step, replace(own, steps_a_tick=number), tick / number)
 
     def _own_step(self, mistakes: Mistakes) -> Iterator[tuple[Step, Mistake]]:
         """Yield the step of a program in symplectic steps."""
@@ -285,8 +283,10 @@ class Proposals:
             if mistake.hypothesis.part == STEPS and (own := self.schemes.of_step(mistake.hypothesis)):
                 yield own, mistake
 
-    def _with_step(self, mistakes: Mistakes, step: Mistake, other: Step) -> Mistakes:
-        return tuple(Mistake(self.schemes.step(other), m.value) if m is step else m for m in mistakes)
+    def _with_step(self, mistakes: Mistakes, step: Mistake, other: Step, length: float | None = None) -> Mistakes:
+        """Return mistakes with another step, of the same length or another one [s]."""
+        length = step.value if length is None else length
+        return tuple(Mistake(self.schemes.step(other), length) if m is step else m for m in mistakes)
 
     def with_details(self, mistakes: Mistakes) -> Iterator[Mistakes]:
         """Yield programs that take w from attitudes, or write some steps late or early.
@@ -358,9 +358,9 @@ class Proposals:
         """Return whether a kind is a method that evaluates the rates of change several times."""
         return kind.hypothesis in self._methods
 
-    def recovers(self, kind: SchemeKind) -> bool:
-        """Return whether programs of a kind take w from attitudes."""
-        return any(m.hypothesis is self._recovered for m in kind.others)
+    def recovers(self, mistakes: Mistakes) -> bool:
+        """Return whether a program takes w from attitudes."""
+        return any(m.hypothesis is self._recovered for m in mistakes)
 
     def _with_other_variants(self, mistakes: Mistakes) -> Iterator[Mistakes]:
         """Yield programs with a mistake that happens elsewhere in a step, in the place of one."""

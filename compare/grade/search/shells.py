@@ -244,24 +244,23 @@ def _affine(vertices: Array, points: Array, floors_m: Array) -> tuple[bool, Arra
     """
     nothing = np.zeros((len(vertices), 3)), np.zeros((len(vertices), 3, 3))
     centred = points - points.mean(axis=0)
-    extent = np.linalg.svd(centred, compute_uv=False) if len(points) >= 3 else np.zeros(3)
-    if extent[1] <= FLAT * extent[0]:
+    _, extent, basis = np.linalg.svd(centred, full_matrices=False)
+    if len(extent) < 3 or extent[1] <= FLAT * extent[0]:
         return False, *nothing
     if extent[2] <= FLAT * extent[0]:
-        return _similar(vertices, points, floors_m)
+        return _similar(vertices, points, basis[:2], floors_m)
     full = np.column_stack((np.ones(len(points)), points))
     maps = np.einsum("pk,tki->tpi", np.linalg.pinv(full), vertices)
     return True, maps[:, 0], np.swapaxes(maps[:, 1:], 1, 2)
 
 
-def _similar(vertices: Array, points: Array, floors_m: Array) -> tuple[bool, Array, Array]:
+def _similar(vertices: Array, points: Array, plane: Array, floors_m: Array) -> tuple[bool, Array, Array]:
     """Return what `_affine` does of points in a plane, from which the body is rotated and scaled, and not sheared.
 
-    The normal of the plane is scaled as the plane is: a quaternion that is not of unit length scales the body.
+    The normal of the plane is scaled as the plane is: a quaternion that is not of unit length scales the body.  plane:
+    two unit vectors in it, (2, 3).
     """
-    middle = points.mean(axis=0)
-    basis = np.linalg.svd(points - middle, full_matrices=False)[2]
-    plane, normal = basis[:2], np.cross(basis[0], basis[1])
+    middle, normal = points.mean(axis=0), np.cross(*plane)
     flat = (points - middle) @ plane.T
     centres = vertices.mean(axis=1)
     images = np.einsum("pk,tki->tpi", np.linalg.pinv(flat), vertices - centres[:, None])
@@ -269,7 +268,5 @@ def _similar(vertices: Array, points: Array, floors_m: Array) -> tuple[bool, Arr
     sizes = np.sqrt(np.maximum(scales.prod(axis=1), np.finfo(float).tiny))
     across = np.cross(images[:, 0], images[:, 1]) / sizes[:, None]
     axes = np.einsum("tpi,pj->tij", np.concatenate((images, across[:, None]), axis=1), [*plane, normal])
-    x = centres - axes @ middle
     off = np.ptp(scales, axis=1) * np.abs(flat).max()
-    is_similar = bool((off <= UNSHEARED * floors_m.max(axis=1)).all())
-    return (True, x, axes) if is_similar else (False, np.zeros_like(x), np.zeros_like(axes))
+    return bool((off <= UNSHEARED * floors_m.max(axis=1)).all()), centres - axes @ middle, axes

@@ -28,7 +28,7 @@ from tumble.compare.grade.search import diagnosis
 from tumble.compare.grade.search.causal import AT_ONCE, HOPED, Candidate, CausalSearch
 from tumble.compare.grade.search.changes import Effects
 from tumble.compare.grade.search.clock import search_clock
-from tumble.compare.grade.search.closing import HIDDEN, Closing, _in_digits, is_named, is_rounded
+from tumble.compare.grade.search.closing import HIDDEN, Closing, _plain_in, is_named, is_rounded
 from tumble.compare.grade.search.diagnosis import Diagnosis
 from tumble.compare.grade.search.shells import NOISY_ROWS, ROWS, Shells
 from tumble.compare.grade.search.simulations import SearchStopped
@@ -271,7 +271,7 @@ def test_fitted_values_of_others_are_no_reason_to_prefer_them_to_plain_ones():
     [(1.468, 2, 1.5), (1.470008, 3, 1.47), (1.4688, 3, None), (0.03142002, 4, 0.03142), (0.031416, 4, None)],
 )
 def test_many_digits_are_plain_only_if_they_are_no_chance(value, digits, plain):
-    assert _in_digits(value, digits) == plain
+    assert _plain_in(value, digits) == plain
 
 
 @pytest.mark.parametrize(("value", "is_open"), [(0.25, False), (0.2503, False), (0.250312, True)])

@@ -140,7 +140,7 @@ def test_every_scheme_is_tried_in_steps_in_which_the_body_turns_far(tmp_path, sc
     file = write(tmp_path / "right.csv", rows, read(path).vertices)
     search = CausalSearch(evaluator_of(file, read_scene(scene))[0])
     kinds, programs = list(search.proposals.with_other_schemes(())), search._upon_steps(())
-    kinds = [kind for kind in kinds if not search.proposals.recovers(kind)]
+    kinds = [kind for kind in kinds if not search.proposals.recovers(kind.others)]
     for step_s in (spacing_s, spacing_s / 2):
         lengths = [(kind, next(m.value for m in made if m.hypothesis.part == STEPS)) for kind, made in programs]
         tried = {kind.key for kind, length in lengths if length == pytest.approx(step_s)}
