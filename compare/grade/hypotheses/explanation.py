@@ -13,6 +13,8 @@ NEARLY_RIGHT = 1e-4
 NEARLY_NOTHING = 1e-6
 # Significant digits of a value that a person writes. A fitted value has as few only if that is no chance.
 PLAIN = 4
+# Largest number of steps after which something happens; a time differs from whole steps by less than this share of one.
+TICKS, OF_A_STEP = 60, 1e-6
 
 
 def in_digits(value: float, digits: int) -> float:
@@ -110,8 +112,16 @@ class Explanation:
 
     @property
     def odd_values(self) -> int:
-        """The number of fitted values that nobody writes, apart from those that rows show by themselves."""
-        return sum(not (m.has_plain_value or m.hypothesis.measured) for m in self.fitted)
+        """The number of fitted values that nobody writes, apart from whole steps and those that rows show themselves."""
+        return sum(not (m.has_plain_value or m.hypothesis.measured or self._is_whole_steps(m)) for m in self.fitted)
+
+    def _is_whole_steps(self, mistake: Mistake) -> bool:
+        """Whether a value is a time of some steps of the program."""
+        step = next((m.value for m in self.mistakes if m.hypothesis.part == "steps"), 0.0)
+        if not step or mistake.hypothesis.unit != "s":
+            return False
+        count = round(mistake.value / step)
+        return 0 < abs(count) <= TICKS and abs(mistake.value - count * step) < OF_A_STEP * step
 
     @property
     def is_vague(self) -> bool:

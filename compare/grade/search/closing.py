@@ -11,6 +11,7 @@ import numpy as np
 from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_FORMS, DAMPING_PLACES, GYROSCOPIC, ROTATION
 from tumble.compare.grade.hypotheses.explanation import (
     PLAIN,
+    TICKS,
     Explanation,
     Mistake,
     Mistakes,
@@ -51,8 +52,6 @@ MUCH_LESS = 4.0
 NOISIER = 4.0
 # Other programs that are simulated finely.
 ALTERNATIVES = 16
-# Largest number of steps after which something happens.
-TICKS = 60
 
 
 class Closing:

@@ -257,10 +257,12 @@ class Proposals:
                 # The same steps of the centre, and longer ones of the rotation.
                 if substeps > own.substeps == 1 and length <= self._context.spacing_s * (1 + NEAR):
                     yield ("substeps",), self._with_step(mistakes, step, other, length)
-            # Kinds of schemes have neither substeps nor ticks of several steps.
-            for rotation, normalise_every in ROTATIONS if max(own.substeps, own.steps_a_tick) > 1 else ():
+            # Kinds of schemes have neither substeps nor ticks of several steps, and may not be tried where a change helps.
+            for rotation, normalise_every in ROTATIONS:
                 turned = replace(own, rotation=rotation, normalise_every=normalise_every)
                 yield ("rotation",), self._with_step(mistakes, step, turned)
+            for gyroscopic in _other_terms(own, mistakes):
+                yield ("gyroscopic",), self._with_step(mistakes, step, replace(own, gyroscopic=gyroscopic))
         for program in self.with_other_ticks(mistakes):
             yield ("ticks",), program
 
@@ -473,6 +475,14 @@ class Proposals:
 def _has(hypothesis: Hypothesis, value: float) -> bool:
     """Return whether a value is one of those of a hypothesis that are tried first."""
     return any(abs(each - value) <= NEAR * value for each in hypothesis.values)
+
+
+def _other_terms(own: Step, mistakes: Mistakes) -> list[str]:
+    """Return the other gyroscopic terms that a step of a program may have; none if the program has a mistake there."""
+    if any(m.hypothesis.part == GYRO for m in mistakes):
+        return []
+    terms = OF_EXPLICIT if own.explicit else tuple(GYROSCOPIC)
+    return [term for term in terms if term not in ("none", own.gyroscopic)]
 
 
 def _is_placed(hypothesis: Hypothesis) -> bool:

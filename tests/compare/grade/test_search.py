@@ -284,6 +284,15 @@ def test_plain_values_are_firm_though_single_precision_explains_much(value, is_o
     assert cast(Any, Grade.is_open).fget(grade_of_it) is is_open
 
 
+@pytest.mark.parametrize(("value", "unit", "odd"), [(1 / 60, "s", 0), (0.016, "s", 0), (0.0167123, "s", 1), (1 / 60, "", 1)])
+def test_a_time_of_whole_steps_is_a_plain_value(value, unit, odd):
+    late = Hypothesis("late", "late", "{}", lambda program, _: program, (0.01, 0.1), unit=unit)
+    step = Hypothesis("euler", "steps", "{}", lambda program, _: program)
+    best = replace(explanation("ab", 1.0), mistakes=(Mistake(late, value), Mistake(step, 1 / 240)))
+    assert best.odd_values == odd
+    assert replace(best, mistakes=best.mistakes[:1]).odd_values == (value != 0.016)
+
+
 def verdict(null, best, engines=(), **measured):
     """Return the verdict on errors that `null` leaves and `best` explains; the floor is 1 m."""
     found = Diagnosis(null, best, (), (null, best), 1, cast(Any, None), engines=engines)

@@ -218,13 +218,24 @@ def test_a_quaternion_that_is_normalised_rarely_is_tried_with_its_update(proposa
 
 @pytest.mark.parametrize("proposals", ["dzhanibekov"], indirect=True)
 @pytest.mark.parametrize("details", [{"substeps": 4}, {"steps_a_tick": 2}], ids=["substeps", "ticks"])
-def test_details_of_a_step_are_kept_with_another_rotation(proposals, details):
+@pytest.mark.parametrize("other", [{"rotation": "second order"}, {"gyroscopic": "implicit"}], ids=["rotation", "term"])
+def test_details_of_a_step_are_kept_with_another_rotation_or_gyroscopic_term(proposals, details, other):
     """A kind of scheme has none."""
     own = Step("explicit", "exponential", **details)
-    wanted = proposals.schemes.step(replace(own, rotation="second order"))
+    wanted = proposals.schemes.step(replace(own, **other))
     step = Mistake(proposals.schemes.step(own), 0.01)
     assert (Mistake(wanted, 0.01),) in [program for _, program in proposals._with_other_details((step,))]
     assert (Mistake(wanted, 0.01),) in list(proposals.with_same_step((step,)))
+
+
+@pytest.mark.parametrize("proposals", ["dzhanibekov"], indirect=True)
+def test_a_step_without_a_gyroscopic_term_has_no_other_one(proposals):
+    step = symplectic(proposals, 0.01)
+    with_term = {m.text for _, program in proposals._with_other_details((step,)) for m in program}
+    without = proposals.ordered((step, proposals.schemes.gyroscopic_term_missing()))
+    found = {m.text for _, program in proposals._with_other_details(without) for m in program}
+    assert any("implicit gyroscopic term" in text for text in with_term)
+    assert not any("implicit gyroscopic term" in text for text in found)
 
 
 @pytest.mark.parametrize("proposals", ["dzhanibekov"], indirect=True)
