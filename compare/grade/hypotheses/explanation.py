@@ -112,11 +112,14 @@ class Explanation:
 
     @property
     def odd_values(self) -> int:
-        """The number of fitted values that nobody writes, apart from whole steps and those that rows show themselves."""
+        """The number of fitted values that nobody writes.
+
+        Times of whole steps are not among them, nor what rows show by themselves.
+        """
         return sum(not (m.has_plain_value or m.hypothesis.measured or self._is_whole_steps(m)) for m in self.fitted)
 
     def _is_whole_steps(self, mistake: Mistake) -> bool:
-        """Whether a value is a time of some steps of the program."""
+        """Whether a value is a time of a whole number of the program's steps."""
         step = next((m.value for m in self.mistakes if m.hypothesis.part == "steps"), 0.0)
         if not step or mistake.hypothesis.unit != "s":
             return False
