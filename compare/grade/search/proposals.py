@@ -257,7 +257,7 @@ class Proposals:
                 # The same steps of the centre, and longer ones of the rotation.
                 if substeps > own.substeps == 1 and length <= self._context.spacing_s * (1 + NEAR):
                     yield ("substeps",), self._with_step(mistakes, step, other, length)
-            # Kinds of schemes have neither substeps nor ticks of several steps, nor are they tried where a change helps.
+            # Kinds of schemes have neither substeps nor ticks of several steps, and are not tried where a change helps.
             for rotation, normalise_every in ROTATIONS:
                 turned = replace(own, rotation=rotation, normalise_every=normalise_every)
                 yield ("rotation",), self._with_step(mistakes, step, turned)

@@ -284,7 +284,9 @@ def test_plain_values_are_firm_though_single_precision_explains_much(value, is_o
     assert cast(Any, Grade.is_open).fget(grade_of_it) is is_open
 
 
-@pytest.mark.parametrize(("value", "unit", "odd"), [(1 / 60, "s", 0), (0.016, "s", 0), (0.0167123, "s", 1), (1 / 60, "", 1)])
+@pytest.mark.parametrize(
+    ("value", "unit", "odd"), [(1 / 60, "s", 0), (0.016, "s", 0), (0.0167123, "s", 1), (1 / 60, "", 1)]
+)
 def test_a_time_of_whole_steps_is_a_plain_value(value, unit, odd):
     late = Hypothesis("late", "late", "{}", lambda program, _: program, (0.01, 0.1), unit=unit)
     step = Hypothesis("euler", "steps", "{}", lambda program, _: program)
