@@ -21,7 +21,6 @@ from tumble.compare.grade.hypotheses.explanation import (
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.hypotheses.mistakes.start import with_fixed_start, with_free_start
 from tumble.compare.grade.hypotheses.names import ANGULAR_DAMPING, LINEAR_DAMPING
-from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
 from tumble.compare.grade.measure.significance import EXPLAINED
 from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, LAST, LINEARLY
 from tumble.compare.grade.model.program_model import next_tick
@@ -207,7 +206,7 @@ class Closing:
         schemes = self._proposals.schemes
         step = next((m for m in mistakes if m.hypothesis.part == STEPS), None)
         own = schemes.of_step(step.hypothesis) if step else None
-        return self._with_step(mistakes, step, replace(own, steps_a_tick=1)) if step and own else mistakes
+        return self._proposals.with_step(mistakes, step, replace(own, steps_a_tick=1)) if step and own else mistakes
 
     def _plain(self, best: Explanation) -> Explanation:
         """Return an explanation of everything with the plainest values that fit as well."""
@@ -255,7 +254,8 @@ class Closing:
         place = next((number for number in places if number != AS_FORCE), AS_FORCE)
         variants = [(others, place)] if any(details) else []
         if damping and step and own and own.explicit and place == AS_FORCE:
-            variants.append((self._with_step(others, step, replace(own, explicit=False, other_axes=False)), LAST))
+            symplectic = replace(own, explicit=False, other_axes=False)
+            variants.append((self._proposals.with_step(others, step, symplectic), LAST))
         for digits, (kept, where), form in product(FEW_DIGITS, variants, DAMPING_FORMS):
             found = []
             for one in damping:
@@ -281,17 +281,13 @@ class Closing:
         for detail, others in (("gyroscopic", GYROSCOPIC), ("rotation", ROTATION)):
             kept = getattr(own, detail)
             tried = self._explained(
-                self._with_step(best.mistakes, step, replace(own, **{detail: other}))
+                self._proposals.with_step(best.mistakes, step, replace(own, **{detail: other}))
                 for other in others
                 if other not in (kept, "none")
             )
             if kept and all(self.is_as_good(each, best) for each in tried) and not self.is_late():
                 own = replace(own, **{detail: ""})
-        return self._evaluator.explain(self._with_step(best.mistakes, step, own))
-
-    def _with_step(self, mistakes: Mistakes, step: Mistake, own: Step) -> Mistakes:
-        hypothesis = self._proposals.schemes.step(own)
-        return tuple(Mistake(hypothesis, step.value) if m is step else m for m in mistakes)
+        return self._evaluator.explain(self._proposals.with_step(best.mistakes, step, own))
 
 
 def is_no_larger(other: Explanation, best: Explanation, larger: float, floor_m: float) -> bool:

@@ -253,16 +253,16 @@ class Proposals:
             moved = replace(own, explicit=False, other_axes=own.other_axes and not own.explicit)
             for substeps in SUBSTEPS:
                 other, length = replace(moved, substeps=substeps), substeps * step.value
-                yield ("details",), self._with_step(mistakes, step, other)
+                yield ("details",), self.with_step(mistakes, step, other)
                 # The same steps of the centre, and longer ones of the rotation.
                 if substeps > own.substeps == 1 and length <= self._context.spacing_s * (1 + NEAR):
-                    yield ("substeps",), self._with_step(mistakes, step, other, length)
+                    yield ("substeps",), self.with_step(mistakes, step, other, length)
             # Kinds of schemes have neither substeps nor ticks of several steps, and are not tried where a change helps.
             for rotation, normalise_every in ROTATIONS:
                 turned = replace(own, rotation=rotation, normalise_every=normalise_every)
-                yield ("rotation",), self._with_step(mistakes, step, turned)
+                yield ("rotation",), self.with_step(mistakes, step, turned)
             for gyroscopic in _other_terms(own, mistakes):
-                yield ("gyroscopic",), self._with_step(mistakes, step, replace(own, gyroscopic=gyroscopic))
+                yield ("gyroscopic",), self.with_step(mistakes, step, replace(own, gyroscopic=gyroscopic))
         for program in self.with_other_ticks(mistakes):
             yield ("ticks",), program
 
@@ -275,9 +275,9 @@ class Proposals:
             tick = step.value * own.steps_a_tick
             for number in STEPS_A_TICK:
                 if number != own.steps_a_tick and self._moves_events(tick, step.value * number):
-                    yield self._with_step(mistakes, step, replace(own, steps_a_tick=number))
+                    yield self.with_step(mistakes, step, replace(own, steps_a_tick=number))
                 if number > own.steps_a_tick and self._moves_events(tick, tick / number):
-                    yield self._with_step(mistakes, step, replace(own, steps_a_tick=number), tick / number)
+                    yield self.with_step(mistakes, step, replace(own, steps_a_tick=number), tick / number)
 
     def _own_step(self, mistakes: Mistakes) -> Iterator[tuple[Step, Mistake]]:
         """Yield the step of a program in symplectic steps."""
@@ -285,7 +285,7 @@ class Proposals:
             if mistake.hypothesis.part == STEPS and (own := self.schemes.of_step(mistake.hypothesis)):
                 yield own, mistake
 
-    def _with_step(self, mistakes: Mistakes, step: Mistake, other: Step, length: float | None = None) -> Mistakes:
+    def with_step(self, mistakes: Mistakes, step: Mistake, other: Step, length: float | None = None) -> Mistakes:
         """Return mistakes with another step, of the same length or another one [s]."""
         length = step.value if length is None else length
         return tuple(Mistake(self.schemes.step(other), length) if m is step else m for m in mistakes)
@@ -301,12 +301,12 @@ class Proposals:
             for sign, steps in product((1, -1), STEPS_A_TICK) if is_on_time else ():
                 yield self.ordered((*mistakes, Mistake(self.schemes.late(sign).hypothesis, steps * step.value)))
             if own.normalise_every and not is_rare:
-                first_order = self._with_step(mistakes, step, replace(own, rotation="first order"))
+                first_order = self.with_step(mistakes, step, replace(own, rotation="first order"))
                 for steps in RARE:
                     rarely = Mistake(self._rarely, float(self._rarely.choices.index(str(steps))))
                     yield self.ordered((*first_order, rarely))
             if not own.normalise_every and self._context.program.impulses:
-                yield self._with_step(mistakes, step, replace(own, is_unit_used=not own.is_unit_used))
+                yield self.with_step(mistakes, step, replace(own, is_unit_used=not own.is_unit_used))
             if not any(m.hypothesis is self._recovered for m in mistakes):
                 yield self.ordered((*mistakes, Mistake(self._recovered)))
 
@@ -481,7 +481,7 @@ def _other_terms(own: Step, mistakes: Mistakes) -> list[str]:
     """Return the other gyroscopic terms that a step of a program may have; none if the program has a mistake there."""
     if any(m.hypothesis.part == GYRO for m in mistakes):
         return []
-    terms = OF_EXPLICIT if own.explicit else tuple(GYROSCOPIC)
+    terms = OF_EXPLICIT if own.explicit else GYROSCOPIC
     return [term for term in terms if term not in ("none", own.gyroscopic)]
 
 
