@@ -74,6 +74,7 @@ COMPILE := CUSTOM_COMPILE_COMMAND="make requirements" .venv/requirements/bin/pip
 requirements: venv
 	$(PYTHON) -m venv --clear .venv/requirements
 	.venv/requirements/bin/python -m pip install --quiet --disable-pip-version-check pip-tools==7.6.2
+	$(COMPILE) -o requirements-installer.txt requirements-installer.in
 	$(COMPILE) -o requirements.txt pyproject.toml requirements.in
 	sed '/^rich==/,/[^\\]$$/d' requirements.txt > .venv/requirements/core.txt # the lab's viser needs an older rich
 	$(COMPILE) -o requirements-lab.txt --extra lab -c .venv/requirements/core.txt pyproject.toml requirements.in
@@ -105,13 +106,11 @@ venv-release:
 attack: venv-test
 	$(BIN)/python tests/attack/attacks.py
 
-# uv where it is installed. Modules are compiled when they are first imported; tests write none, so venv-test compiles
-# all. The pins are complete: no dependency is looked up.
-ifneq ($(shell command -v uv 2>/dev/null),)
-INSTALL := uv pip install --quiet --python $(BIN)/python --no-deps
-else
-INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps
-endif
+# By uv, which pip installs where there is none; by pip where uv does not work. Modules are compiled when they are first
+# imported; tests write none, so venv-test compiles all. The pins are complete: no dependency is looked up.
+UV := $(or $(shell command -v uv),$(BIN)/uv)
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps
+install = { $(UV) pip install --quiet --python $(BIN)/python --no-deps $(1) 2>/dev/null || $(PIP) $(1); }
 
 # .venv keeps a copy of the pins it was made from, and is made again only if they change.
 venv:
@@ -119,22 +118,23 @@ venv:
 	  echo "making .venv with $(PYTHON)" && \
 	  $(PYTHON) -c 'import sys; sys.exit("Tumble needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)' && \
 	  $(PYTHON) -m venv --clear .venv && \
-	  $(INSTALL) --require-hashes -r requirements.txt && \
-	  $(INSTALL) --no-build-isolation -e . && \
+	  { command -v uv >/dev/null || $(PIP) --require-hashes -r requirements-installer.txt 2>/dev/null || true; } && \
+	  $(call install,--require-hashes -r requirements.txt) && \
+	  $(call install,--no-build-isolation -e .) && \
 	  cp requirements.txt .venv/requirements.txt; }
 
 venv-lab: venv
 	@cmp -s requirements-lab.txt .venv/requirements-lab.txt || { \
-	  $(INSTALL) --require-hashes -r requirements-lab.txt && \
+	  $(call install,--require-hashes -r requirements-lab.txt) && \
 	  cp requirements-lab.txt .venv/requirements-lab.txt; }
 
 venv-test: venv-lab
 	@cmp -s requirements-test.txt .venv/requirements-test.txt || { \
-	  $(INSTALL) --require-hashes -r requirements-test.txt && \
+	  $(call install,--require-hashes -r requirements-test.txt) && \
 	  { $(BIN)/python -m compileall -qq -j 0 .venv/lib || true; } && \
 	  cp requirements-test.txt .venv/requirements-test.txt; }
 
 venv-docs: venv-test
 	@cmp -s requirements-docs.txt .venv/requirements-docs.txt || { \
-	  $(INSTALL) --require-hashes -r requirements-docs.txt && \
+	  $(call install,--require-hashes -r requirements-docs.txt) && \
 	  cp requirements-docs.txt .venv/requirements-docs.txt; }

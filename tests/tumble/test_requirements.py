@@ -75,7 +75,8 @@ def test_the_lists_agree_and_name_no_index():
     small, middle, large, largest = texts = [(ROOT / file).read_text() for file in FILES]
     core = {name: pin for name, pin in pinned(small).items() if name != OLDER_IN_THE_LAB}
     assert core.items() <= pinned(middle).items() <= pinned(large).items() <= pinned(largest).items()
-    for text in (*texts, (ROOT / "requirements-release.txt").read_text()):
+    others = [(ROOT / f"requirements-{what}.txt").read_text() for what in ("installer", "release")]
+    for text in (*texts, *others):
         assert "://" not in text
         assert "index" not in text
 
@@ -96,19 +97,31 @@ def test_what_makes_a_release_is_pinned():
     assert core["hatchling"][0].specifier == tools["hatchling"].specifier
 
 
+def test_what_installs_the_rest_is_pinned_alone():
+    found = pinned((ROOT / "requirements-installer.txt").read_text())
+    assert set(found) == {"uv"}
+    requirement, hashes = found["uv"]
+    assert [one.operator for one in requirement.specifier] == ["=="]
+    assert hashes > 10, "one for every platform"
+
+
 def test_the_commands_install_nothing_else():
-    lines = (ROOT / "Makefile").read_text().splitlines()
-    ways = [line for line in lines if line.startswith("INSTALL :=")]
-    assert len(ways) == 2, "by uv and by pip"
-    assert all(way.endswith(" --no-deps") for way in ways), "ours brings nothing with it, and pins are complete"
-    installs = [line for line in lines if "$(INSTALL)" in line or ("pip install" in line and line not in ways)]
+    text = (ROOT / "Makefile").read_text()
+    ways = re.findall(r"^(?:PIP|install) [:=]+ (.*)", text, re.MULTILINE)
+    assert [" --no-deps" in way for way in ways] == [True, True], "ours brings nothing with it, and pins are complete"
+    installs = [
+        line for line in text.splitlines() if re.search(r"\$\(call install,|^\t.*(?:\$\(PIP\)|pip install)", line)
+    ]
     # Ours itself has no hash: it is installed apart.  What makes lists and releases has an environment of its own.
-    known = r"--require-hashes -r (\S+)|--no-build-isolation (-e) \.|(pip-tools==\S+|-r requirements-release\.txt)"
-    assert sorted(re.findall(known, "\n".join(installs))) == [
+    known = r"--require-hashes -r ([\w.-]+)|--no-build-isolation (-e) \.|(pip-tools==\S+|-r requirements-release\.txt)"
+    found = [re.findall(known, line) for line in installs]
+    assert all(len(each) == 1 for each in found), "each installs what is known, and that alone"
+    assert sorted(one for each in found for one in each) == [
         ("", "", "-r requirements-release.txt"),
         ("", "", "pip-tools==7.6.2"),
         ("", "-e", ""),
         ("requirements-docs.txt", "", ""),
+        ("requirements-installer.txt", "", ""),
         ("requirements-lab.txt", "", ""),
         ("requirements-test.txt", "", ""),
         ("requirements.txt", "", ""),
