@@ -65,6 +65,8 @@ LEFT_AS_NOISE, LEFT_AS_SINGLE = 0.2, 0.05
 # An explanation that leaves more than this share of the error does not explain it; one that leaves less than the other
 # explains nearly all of it.
 MOST_LEFT, LITTLE_LEFT = 0.5, 0.1
+# One that leaves no more has not been fitted to what something else left, if its values are single numbers.
+NOTHING_LEFT = 1e-3
 # Relative tolerance of distances between vertices, in addition to the printed digits.
 STRAIN = 1e-6
 # Errors below this share of the body's size are too small to identify a step or a clock.
@@ -241,12 +243,13 @@ class Grade:
         """
         if diagnosis.engines:
             return False
-        fitted = diagnosis.best.fitted
+        fitted, few = diagnosis.best.fitted, len(diagnosis.best.mistakes) <= MOST_IF_OPEN
         if (
             any(m.hypothesis.vague for m in fitted)
             and diagnosis.best.in_digits > EXPLAINED
-            and not (diagnosis.best.is_noise and len(diagnosis.best.mistakes) <= MOST_IF_OPEN)
+            and not (diagnosis.best.is_noise and few)
             and not (self.measured.single and len(fitted) == 1)
+            and not (few and max(m.hypothesis.dimension for m in fitted) == 1 and _leaves(diagnosis, NOTHING_LEFT))
         ):
             return True
         near = NEARLY_RIGHT_OF_SEVERAL if len(fitted) > 1 else NEARLY_RIGHT

@@ -208,13 +208,15 @@ class Changes(Parts):
         at_ticks = any(m.hypothesis.at_ticks for m in mistakes)
         steps = [step for step in self._context.parts if at_ticks and step != first]
         steps += [step for step in self._proposals.event_steps(mistakes, first, self._until) if step not in steps]
-        classical = [kind for kind in kinds if kind.hypothesis is self._proposals.classical]
+        classical = [kind for kind in kinds if kind.hypothesis in self._proposals.classical(mistakes)]
         plain = [*filter(self._proposals.is_plain, kinds), *classical]
         wanted += [(kind, self._upon(kind, s)) for kind in plain for s in steps]
-        # A limit in the classical method, which has no other effect that can be seen, depends on the step by leaps too.
-        if any(m.hypothesis.limits for m in mistakes):
-            short = self._proposals.short_steps(self._until)
-            wanted += [(kind, self._upon(kind, s)) for kind in classical for s in short]
+        # In the classical method nothing else may be seen of a step: of a limit, which depends on it by leaps, and of
+        # what acts elsewhere in a step, where forces are so stiff that a longer step shows nothing of a shorter one.
+        if not any(m.hypothesis.limits for m in mistakes):
+            classical = [kind for kind in classical if any(m.hypothesis.needs_steps for m in kind.others)]
+        short = self._proposals.short_steps(self._until)
+        wanted += [(kind, self._upon(kind, s)) for kind in classical for s in short if s != first]
         return wanted
 
     def _ideals(

@@ -123,12 +123,11 @@ class Closing:
 
     def _in_classical_steps(self, mistakes: Mistakes, limit: Hypothesis) -> Iterator[Mistakes]:
         """Yield programs in steps of the classical Runge-Kutta method, with a limit where that has it."""
-        if (classical := self._proposals.classical) is None:
-            return
         plain = (h for h in self._proposals.hypotheses if h.name == limit.name and not h.needs_steps)
         places = dict.fromkeys((limit, *plain))
         others = tuple(m for m in mistakes if m.hypothesis.part != STEPS)
-        for place, length in product(places, self._proposals.short_steps(self._evaluator.context.duration)):
+        lengths = self._proposals.short_steps(self._evaluator.context.duration)
+        for place, length, classical in product(places, lengths, self._proposals.classical(others)):
             placed = (m._replace(hypothesis=place) if m.hypothesis is limit else m for m in others)
             yield self._proposals.ordered((*placed, Mistake(classical, length)))
 

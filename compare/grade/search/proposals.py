@@ -114,7 +114,7 @@ class Proposals:
     def __init__(self, context: Context, hypotheses: Sequence[Hypothesis]) -> None:
         self._context, self.hypotheses = context, [h for h in hypotheses if h.part != STEPS]
         self._methods = [h for h in hypotheses if h.part == STEPS]
-        self.classical = next((h for h in self._methods if h.name == RUNGE_KUTTA_4), None)
+        self._classical = [h for h in self._methods if h.name == RUNGE_KUTTA_4 and not h.details]
         self.schemes = SchemeHypotheses(context)
         self._place = {hypothesis: number for number, hypothesis in enumerate(hypotheses)}
         self._parts = {h.part: n for n, h in reversed(list(enumerate(hypotheses)))}
@@ -341,13 +341,20 @@ class Proposals:
             yield from self._in_steps(recovered, PLAIN_GYROSCOPIC, PLAIN_ROTATIONS)
         for placed in self._with_other_variants(others):
             yield from self._in_steps(placed, PLAIN_GYROSCOPIC, PLAIN_ROTATIONS)
-            if self.classical is not None:  # of a step that cannot be seen otherwise
-                yield SchemeKind((self.classical, placed), placed, self.classical, 1)
+            for classical in self.classical(placed):  # of a step that cannot be seen otherwise
+                yield SchemeKind((classical, placed), placed, classical, 1)
         for hypothesis in self._methods:
             order = ORDERS.get(hypothesis.name, 1)
             # Quaternions of stages that are normalised, or taken for unit ones, leave an error of order 2.
             is_staged = any(detail == "stages" for detail, _ in hypothesis.details)
             yield SchemeKind((hypothesis,), others, hypothesis, min(order, 2) if is_staged else order)
+
+    def classical(self, mistakes: Mistakes) -> list[Hypothesis]:
+        """Return the Runge-Kutta method of order 4, which has no effect of its own in steps that are short enough.
+
+        It is one method for each of what it may store of the rotation if the mistakes have another effect in each.
+        """
+        return self._classical[: None if _turns_wrongly(mistakes) else 1]
 
     def is_plain(self, kind: SchemeKind) -> bool:
         """Return whether a kind is the plainest one of Euler's explicit or symplectic steps."""
@@ -379,11 +386,11 @@ class Proposals:
         without = tuple(m for m in others if m.hypothesis.part != GYRO)
         is_factor = gyro is not None and gyro.hypothesis.name != GYROSCOPIC_TERM_MISSING
         missing = self.schemes.gyroscopic_term_missing()
-        in_wrong_frame = any(m.hypothesis.part == "frame" for m in others)
+        turns_wrongly = _turns_wrongly(others)
         for kind in ("explicit",) if self._equal or is_factor else gyroscopic:
             base = others if is_factor else without if kind != "none" else (*without, missing)
             for explicit, (rotation, normalise_every) in product((False, True), rotations):
-                either_way = in_wrong_frame or not TURNED_ASIDE.isdisjoint((kind, rotation))
+                either_way = turns_wrongly or not TURNED_ASIDE.isdisjoint((kind, rotation))
                 either_way = either_way or (explicit and kind in STORED_EITHER_WAY)
                 for other_axes in (False, True) if either_way else (False,):
                     if not explicit or kind in OF_EXPLICIT:
@@ -475,6 +482,11 @@ class Proposals:
 def _has(hypothesis: Hypothesis, value: float) -> bool:
     """Return whether a value is one of those of a hypothesis that are tried first."""
     return any(abs(each - value) <= NEAR * value for each in hypothesis.values)
+
+
+def _turns_wrongly(mistakes: Mistakes) -> bool:
+    """Return whether the attitude of a program turns by something else than w, so that it matters what it stores."""
+    return any(m.hypothesis.part in ("frame", "turning") for m in mistakes)
 
 
 def _other_terms(own: Step, mistakes: Mistakes) -> list[str]:
