@@ -320,6 +320,25 @@ def test_noise_is_not_the_rest_of_several_mistakes_of_which_one_explains_anythin
 
 
 @pytest.mark.parametrize(
+    ("left", "others", "numbers", "expected"),
+    [
+        (9e-4, "a", 1, EXPLAINED_WHOLLY),
+        (2e-3, "a", 1, EXPLAINED_PARTLY),
+        (9e-4, "ab", 1, EXPLAINED_PARTLY),
+        (9e-4, "a", 3, EXPLAINED_PARTLY),
+    ],
+)
+def test_single_precision_is_the_rest_of_one_that_explains_anything_if_little_is_left(left, others, numbers, expected):
+    """Of two mistakes, and where the one has a single number: three can be fitted to what something else leaves."""
+    values = (0.0, 1.0) if numbers == 1 else ((0.0,) * numbers,)
+    vague = replace(hypothesis("vague"), vague=True, values=values, scale=float(numbers > 1))
+    null, best = explanation("", 1e6), explanation(others, 1e6 * left, nothing=True)
+    value = 0.5 if numbers == 1 else (0.5,) * numbers
+    best = replace(best, mistakes=(*best.mistakes, Mistake(vague, value)), weight=-1e9, in_digits=9.0)
+    assert verdict(null, best, single=False) == expected
+
+
+@pytest.mark.parametrize(
     ("left", "in_common", "expected"),
     [(0.04, 0.9, EXPLAINED_WHOLLY), (0.3, 0.04, EXPLAINED_WHOLLY), (0.3, 0.06, EXPLAINED_PARTLY)],
 )

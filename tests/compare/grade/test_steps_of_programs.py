@@ -317,7 +317,9 @@ def test_classical_steps_are_tried_that_delay_an_impulse(tmp_path):
     path = scene_path("two-hits")
     file = write(tmp_path / "right.csv", fly(path, Program(every=5, until=1.0)), read(path).vertices)
     search = CausalSearch(evaluator_of(file, read_scene("two-hits"))[0])
-    classical = [program for kind, program in search._upon_steps(()) if kind.hypothesis is search.proposals.classical]
+    classical = [
+        program for kind, program in search._upon_steps(()) if kind.hypothesis in search.proposals.classical(())
+    ]
     assert 0.02 in [m.value for program in classical for m in program if m.hypothesis.part == STEPS]
 
 
@@ -357,9 +359,35 @@ def test_a_limit_is_tried_in_classical_steps_of_every_length(tmp_path):
     limit = next(h for h in every if h.name == "speed-cap" and not h.needs_steps)
     search = CausalSearch(evaluator)
     tried = search._upon_steps((Mistake(limit, 3.1),))
-    lengths = {m.value for kind, one in tried for m in one if m.hypothesis is search.proposals.classical}
+    lengths = {m.value for kind, one in tried for m in one if m.hypothesis in search.proposals.classical(())}
     assert lengths >= set(evaluator.context.parts)
     assert any(length == pytest.approx(0.004) for length in lengths)
+
+
+def test_friction_is_tried_at_each_place_in_classical_steps_of_every_length(tmp_path):
+    """Forces may be so stiff that a longer step shows nothing of a shorter one."""
+    scene = falling(tmp_path)
+    evaluator, every = evaluator_of(fallen(tmp_path, scene, 0.004, lambda v: v), scene)
+    friction = next(h for h in every if h.name == "dry-friction" and not h.needs_steps)
+    search = CausalSearch(evaluator)
+    tried = search._upon_steps((Mistake(friction, 0.3),))
+    [method] = search.proposals.classical(())
+    placed = [one for kind, one in tried if kind.hypothesis is method and any(m.hypothesis.needs_steps for m in one)]
+    lengths = {m.value for one in placed for m in one if m.hypothesis is method}
+    assert lengths >= set(evaluator.context.parts)
+
+
+@pytest.mark.parametrize("proposals", ["dzhanibekov"], indirect=True)
+@pytest.mark.parametrize(
+    ("name", "stored"),
+    [("quaternion-rate-halved", {"", ", w in world axes", ", angular momentum stored"}), ("spherical-inertia", {""})],
+)
+def test_a_wrong_rotation_is_tried_in_classical_steps_of_each_kind_of_spin(proposals, name, stored):
+    """What turns the body wrongly does something else to w in body axes, to w in world axes and to L."""
+    wrong = next(h for h in proposals.hypotheses if h.name == name)
+    texts = [method.text for method in proposals.classical((Mistake(wrong, 0.5),))]
+    assert {text.removeprefix("Runge-Kutta of order 4 with a step of {} s") for text in texts} == stored
+    assert len(texts) == len(stored)
 
 
 def test_schemes_that_differ_little_beside_what_is_left_are_one(tmp_path):
@@ -382,7 +410,7 @@ def test_other_methods_of_the_same_step_are_tried(tmp_path):
     file = write(tmp_path / "loop.csv", rows, None, form="{:.6f}".format)
     search = CausalSearch(evaluator_of(file, read_scene("brick-tumble"))[0])
     proposals = search.proposals
-    others = dict(proposals.with_others((Mistake(proposals.classical, 0.01),), search._run(())))
+    others = dict(proposals.with_others((Mistake(proposals.classical(())[0], 0.01),), search._run(())))
     found = {m.hypothesis.name: m.value for each in others.values() for m in each if m.hypothesis.part == STEPS}
     assert found["runge-kutta-4-three-eighths"] == found["heun"] == 0.01
 
@@ -407,7 +435,7 @@ def test_schemes_leave_a_rotation_right_that_is_right(tmp_path):
     file = write(tmp_path / "explicit.csv", rows, None, form="{:.7f}".format)
     search = CausalSearch(evaluator_of(file, read_scene("two-hits"))[0])
     step = search.proposals.schemes.step(Step("explicit", "exponential", explicit=True))
-    other = (Mistake(search.proposals.classical, 0.01),)
+    other = (Mistake(search.proposals.classical(())[0], 0.01),)
     assert search._turns_right([(Mistake(step, 0.01),), other]) == [True, False]
     found = search._schemes((Mistake(step, 0.01),))
     assert found
