@@ -149,6 +149,8 @@ class CausalSearch(Changes):
                 pool = self._swapped(pool, alike)
                 if not pool[0].is_whole or _is_free_translation(pool[0]):
                     pool = self._named(pool, then)
+                if not pool[0].is_whole:
+                    pool = self._changed_at_once(pool)
                 alike = [c.mistakes for c in _distinct(pool)[:SWAPPED]]
                 # Later, a linear law may be better than the one that the first rows are nearest to.
                 alike += [self._fitted(each).mistakes for each in self._proposals.with_plain_damping(alike[0])]
@@ -513,6 +515,18 @@ class CausalSearch(Changes):
         finally:
             self._fit.is_free = True
 
+    def _changed_at_once(self, pool: list[Candidate]) -> list[Candidate]:
+        """Return the programs and others, with another law, another scheme and another place of damping than the first.
+
+        Each of these changes alone may help little.
+        """
+        self._fit.is_free = False
+        try:
+            found = [self._fitted(each) for each in self._damped_otherwise(pool[0].mistakes)]
+            return sorted((*pool, *found), key=_enough_first)
+        finally:
+            self._fit.is_free = True
+
     def _add(self, pool: dict[tuple, Candidate], child: Candidate) -> Candidate:
         """Add a candidate to a pool, and return the one of the same mistakes that is kept."""
         key = tuple(
@@ -561,6 +575,10 @@ class CausalSearch(Changes):
             programs += several
             owners += [hypothesis] * len(several)
             shares += [_share_of(hypothesis)] * len(several)
+        for hypothesis, several in self._with_other_laws(mistakes):
+            programs += several
+            owners += [("law", hypothesis)] * len(several)
+            shares += [1.0] * len(several)
         for key, program in self._proposals.with_others(mistakes, run):
             programs.append(program)
             owners.append(key)

@@ -13,7 +13,7 @@ from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.kernels import first_alike
 from tumble.compare.grade.search.least_squares import Fitting
 from tumble.compare.grade.search.parts import Parts
-from tumble.compare.grade.search.proposals import MOST_STEPS, Proposals, Run, SchemeKind
+from tumble.compare.grade.search.proposals import DAMPED, MOST_STEPS, STEPS, Proposals, Run, SchemeKind
 from tumble.compare.grade.search.shells import finite
 from tumble.scenarios.frames import Array
 
@@ -23,6 +23,8 @@ SCHEMES, HOPEFUL = 6, 24
 PLACED, DETAILED = 32, 10
 # Schemes, the best ones, of which one shows which damping helps.
 MAY_BE_DAMPED = 3
+# Laws of damping that are tried with every scheme and place.
+LAWS = 6
 # Radians in a step from which the length of the right one is estimated.
 SHORT = 0.3
 # Share of the effect of a step from which the length of the right one is estimated, below which that is far off.
@@ -131,6 +133,35 @@ class Changes(Parts):
                 tried = [self._fit.moved(mistakes, [hypothesis], step[: hypothesis.dimension]) for step in steps]
                 found.append((hypothesis, list(dict.fromkeys(tried))))
         return found
+
+    def _with_other_laws(self, mistakes: Mistakes) -> list[tuple[Hypothesis, list[Mistakes]]]:
+        """Return each other law by which a program may be damped, and programs with it and its best values."""
+        found = []
+        for damping in (m for m in mistakes if m.hypothesis.part in DAMPED):
+            fewer = tuple(m for m in mistakes if m is not damping)
+            laws = self._proposals.other_laws(damping.hypothesis, mistakes)
+            wanted = [(self._proposals.ordered((*fewer, Mistake(law, law.neutral))), law) for law in laws]
+            found += self._solved(wanted, self._slopes(fewer), self._simulations.errors([fewer])[0])
+        return found
+
+    def _damped_otherwise(self, mistakes: Mistakes) -> list[Mistakes]:
+        """Return the best programs with another law of damping, at any place in the same step of any scheme."""
+        parts = {m.hypothesis.part for m in mistakes}
+        if STEPS not in parts or parts.isdisjoint(DAMPED):
+            return []
+        laws = [program for _, several in self._with_other_laws(mistakes) for program in several]
+        slopes = self._slopes(mistakes)
+        likely = [laws[number] for number in np.argsort(self._profiled(laws, slopes), kind="stable")[:LAWS]]
+        programs = [mistakes, *self._best_fitted(likely)]
+        every = [
+            placed
+            for program in programs
+            for scheme in self._proposals.with_same_step(program)
+            for placed in self._proposals.damped_anywhere(scheme)
+        ]
+        every = list(dict.fromkeys(every))
+        scores = self._profiled(every, slopes)
+        return self._best_fitted([every[number] for number in np.argsort(scores, kind="stable")[:HOPEFUL]])
 
     def _schemes(self, mistakes: Mistakes, hoped: float = 0.0) -> list[Mistakes]:
         """Return the best schemes for mistakes; none if they seem to gain less than is hoped."""

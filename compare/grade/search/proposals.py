@@ -171,6 +171,12 @@ class Proposals:
             if place != AS_FORCE and (not used or DAMPING_PLACES[place] in used):
                 yield self.schemes.damping(kind, place, LINEARLY)
 
+    def other_laws(self, damping: Hypothesis, mistakes: Mistakes) -> list[Hypothesis]:
+        """Return the other laws of the same damping that a program may have, of which a small value does little."""
+        has_steps = any(m.hypothesis.part == STEPS for m in mistakes)
+        laws = (h for h in self.hypotheses if h.part == damping.part and h.neutral is not None)
+        return [law for law in laws if law is not damping and (has_steps or not law.needs_steps)]
+
     def with_plain_damping(self, mistakes: Mistakes) -> Iterator[Mistakes]:
         """Yield a program with linear laws in the place of all others: in a short run they do nearly the same."""
         plain = {h.part: h for h in self.hypotheses if h.name in PLAIN_DAMPING}
