@@ -23,8 +23,8 @@ SCHEMES, HOPEFUL = 6, 24
 PLACED, DETAILED = 32, 10
 # Schemes, the best ones, of which one shows which damping helps.
 MAY_BE_DAMPED = 3
-# Laws of damping that are tried with every scheme and place.
-LAWS = 6
+# Schemes and places of a law of damping that are fitted.
+EACH_LAW = 8
 # Radians in a step from which the length of the right one is estimated.
 SHORT = 0.3
 # Share of the effect of a step from which the length of the right one is estimated, below which that is far off.
@@ -149,19 +149,15 @@ class Changes(Parts):
         parts = {m.hypothesis.part for m in mistakes}
         if STEPS not in parts or parts.isdisjoint(DAMPED):
             return []
-        laws = [program for _, several in self._with_other_laws(mistakes) for program in several]
-        slopes = self._slopes(mistakes)
-        likely = [laws[number] for number in np.argsort(self._profiled(laws, slopes), kind="stable")[:LAWS]]
-        programs = [mistakes, *self._best_fitted(likely)]
-        every = [
-            placed
-            for program in programs
-            for scheme in self._proposals.with_same_step(program)
-            for placed in self._proposals.damped_anywhere(scheme)
-        ]
-        every = list(dict.fromkeys(every))
-        scores = self._profiled(every, slopes)
-        return self._best_fitted([every[number] for number in np.argsort(scores, kind="stable")[:HOPEFUL]])
+        programs, likely = [mistakes], list[Mistakes]()
+        for _, several in self._with_other_laws(mistakes):
+            programs += [fit.mistakes for _, fit in self._nearest_fits(several, 1, 1)]
+        for program in programs:
+            schemes = self._proposals.with_same_step(program)
+            every = list(dict.fromkeys(each for one in schemes for each in self._proposals.damped_anywhere(one)))
+            order = np.argsort(self._profiled(every, self._slopes(program)), kind="stable")
+            likely += [every[number] for number in order[:EACH_LAW]]
+        return self._best_fitted(likely)
 
     def _schemes(self, mistakes: Mistakes, hoped: float = 0.0) -> list[Mistakes]:
         """Return the best schemes for mistakes; none if they seem to gain less than is hoped."""

@@ -12,6 +12,7 @@ from programs import Program, fly, read, write
 from tumble.compare.grade.grade import grade
 from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_FORMS
 from tumble.compare.grade.hypotheses.explanation import Mistake
+from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
 from tumble.compare.grade.model.kernel.dynamics import EXPONENTIALLY, IMPLICITLY, LINEARLY
 from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.closing import left_in_a_step, rate_of_a_step
@@ -158,3 +159,55 @@ def test_linear_laws_are_tried_in_the_place_of_others(tmp_path):
         "linear-damping": 0.0, "angular-damping": 0.0, "clock-rate": 0.1,
     }  # fmt: skip
     assert not list(proposals.with_plain_damping(plain))
+
+
+@pytest.fixture
+def damped_search(tmp_path):
+    """Return a search of a file of a loop in body axes, damped in proportion after each step."""
+    path = scene_path("brick-tumble")
+    rows = fly(path, Program(**GAME | {"dt": 1 / 120, "every": 1, "axes": "body", "angular": 0.3}))
+    file = write(tmp_path / "game.csv", rows, read(path).vertices, form=lambda number: f"{number:.6f}")
+    search = CausalSearch(evaluator_of(file, read_scene("brick-tumble"))[0])
+    search._look_at(0.5)
+    return search
+
+
+def with_friction(search, loss=1.4):
+    """Return dry friction, in the steps of another scheme."""
+    friction = next(h for h in search.proposals.hypotheses if h.name == "dry-angular-friction" and not h.needs_steps)
+    step = Mistake(search.proposals.schemes.step(Step("explicit", "exponential")), 1 / 120)
+    return search.proposals.ordered((Mistake(friction, loss), step))
+
+
+def test_another_law_of_damping_is_tried_with_values_of_its_own(damped_search):
+    """No value of the friction says at which rate a law in proportion loses as much."""
+    found = damped_search._with_other_laws(with_friction(damped_search))
+    laws = {hypothesis.name for hypothesis, _ in found}
+    rates = [m.value for _, tried in found for one in tried for m in one if m.hypothesis.name == "angular-damping"]
+    assert {"angular-damping", "quadratic-angular-drag", "drag-torque", "dry-angular-friction"} <= laws
+    assert any(rate == pytest.approx(0.3, rel=0.3) for rate in rates)
+
+
+def test_a_law_at_a_place_in_a_step_is_tried_only_in_steps(damped_search):
+    proposals, (friction, step) = damped_search.proposals, with_friction(damped_search)
+    of_a_step = {law.needs_steps for law in proposals.other_laws(friction.hypothesis, (friction, step))}
+    assert of_a_step == {True, False}
+    assert {law.needs_steps for law in proposals.other_laws(friction.hypothesis, (friction,))} == {False}
+
+
+def test_law_place_and_scheme_are_changed_at_once(damped_search):
+    """Any one of these changes leaves more than twice as much."""
+    begun = with_friction(damped_search)
+    single = [each for _, several in damped_search._with_other_laws(begun) for each in several]
+    single += [*damped_search.proposals.with_same_step(begun), *damped_search.proposals.damped_anywhere(begun)]
+    alone = min(damped_search._fitted(each).score for each in single)
+    best = min(map(damped_search._fitted, damped_search._damped_otherwise(begun)), key=lambda one: one.score)
+    values = {m.hypothesis.name: m.value for m in best.mistakes}
+    assert best.score < 0.5 * alone
+    assert values["angular-damping"] == pytest.approx(0.3, rel=0.03)
+
+
+@pytest.mark.parametrize("kept", ["step", "friction"])
+def test_without_damping_or_a_step_nothing_is_changed_at_once(damped_search, kept):
+    friction, step = with_friction(damped_search)
+    assert damped_search._damped_otherwise((step,) if kept == "step" else (friction,)) == []
