@@ -65,7 +65,7 @@ LEFT_AS_NOISE, LEFT_AS_SINGLE = 0.2, 0.05
 # An explanation that leaves more than this share of the error does not explain it; one that leaves less than the other
 # explains nearly all of it.
 MOST_LEFT, LITTLE_LEFT = 0.5, 0.1
-# One that leaves no more has not been fitted to what something else left, if its values are single numbers.
+# One that leaves no more with a single number has not been fitted to what something else left.
 NOTHING_LEFT = 1e-3
 # Relative tolerance of distances between vertices, in addition to the printed digits.
 STRAIN = 1e-6
@@ -85,10 +85,10 @@ COARSE = LARGEST_NOISE
 # Share of files called explained whose mistakes were named right, measured by `tools/random_programs`: of those with an
 # engine's whole scheme or with one mistake, and with several.
 RIGHT_IF_ONE, RIGHT_IF_SEVERAL = 0.97, 0.94
-# Single precision that explains more than so many times what the digits leave open explains much; and the most mistakes
-# that are called an explanation even so, or before all others were tried, or if one of them explains almost any error
-# and noise is left.
-MUCH_BY_SINGLE, MOST_IF_OPEN = 10.0, 2
+# Single precision that explains more than so many times what the digits leave open explains much, or very much; and the
+# most mistakes that are called an explanation even so, or before all others were tried, or if one of them explains
+# almost any error and noise is left.
+MUCH_BY_SINGLE, VERY_MUCH_BY_SINGLE, MOST_IF_OPEN = 10.0, 1e4, 2
 
 # Processor time after which a search stops [s], and that of the shortest one on a slow machine.
 SEARCH_S, SHORTEST_S = 2.0, 1.0
@@ -163,7 +163,9 @@ class Grade:
         is_little = diagnosis.is_open or (diagnosis.null.in_common <= BARELY and not diagnosis.engines)
         in_part = TOO_LITTLE if is_little else EXPLAINED_PARTLY
         if self._leaves_nothing(diagnosis):
-            return in_part if self._is_contrived(diagnosis) or self.is_open else EXPLAINED_WHOLLY
+            # Where rounding has grown to the error itself, the rows before are explained.
+            is_part = best.rms_m > MOST_LEFT * diagnosis.null.rms_m and not diagnosis.engines
+            return in_part if is_part or self._is_contrived(diagnosis) or self.is_open else EXPLAINED_WHOLLY
         if is_hidden:
             return TOO_LITTLE
         # Any method of higher order explains a part of an error that is as small as it leaves.
@@ -178,6 +180,8 @@ class Grade:
         so only a small part of them is taken for that.
         """
         best, null = diagnosis.best, diagnosis.null
+        if min(best.rms_m / null.rms_m, best.in_common / null.in_common) > MOST_LEFT:
+            return False
         if not best.within_floor:
             return best.is_noise and best.rms_m <= LEFT_AS_NOISE * null.rms_m
         is_shown = self.measured.single or best.in_digits <= EXPLAINED or bool(diagnosis.engines)
@@ -222,14 +226,15 @@ class Grade:
     def is_open(self) -> bool:
         """Whether another explanation may be as good, of three or more mistakes that are no engine's scheme.
 
-        It is if a fitted value is none that a person writes, and single precision, which the digits do not show, has to
-        explain much of what the mistakes leave; and if not all others were tried in the time, unless no such value was
-        fitted, or one, and the mistakes leave only what the digits do, or noise.
+        It is if single precision, which the digits do not show, has to explain very much of what the mistakes leave, or
+        much of it and a fitted value is none that a person writes; and if not all others were tried in the time, unless
+        no such value was fitted, or one, and the mistakes leave only what the digits do, or noise.
         """
         if self.diagnosis is None or self.diagnosis.engines or len(self.diagnosis.best.mistakes) <= MOST_IF_OPEN:
             return False
         best, fitted = self.diagnosis.best, self.diagnosis.best.odd_values
-        by_single = fitted > 0 and best.within_floor and best.in_digits > MUCH_BY_SINGLE and not self.measured.single
+        most = MUCH_BY_SINGLE if fitted else VERY_MUCH_BY_SINGLE
+        by_single = best.within_floor and best.in_digits > most and not self.measured.single
         leaves_nothing = best.is_noise or best.in_digits <= EXPLAINED
         return by_single or (self.diagnosis.stopped_s > 0 and fitted > leaves_nothing)
 
@@ -243,13 +248,13 @@ class Grade:
         """
         if diagnosis.engines:
             return False
-        fitted, few = diagnosis.best.fitted, len(diagnosis.best.mistakes) <= MOST_IF_OPEN
+        fitted, is_alone = diagnosis.best.fitted, len(diagnosis.best.mistakes) == 1
         if (
             any(m.hypothesis.vague for m in fitted)
             and diagnosis.best.in_digits > EXPLAINED
-            and not (diagnosis.best.is_noise and few)
+            and not (diagnosis.best.is_noise and len(diagnosis.best.mistakes) <= MOST_IF_OPEN)
             and not (self.measured.single and len(fitted) == 1)
-            and not (few and max(m.hypothesis.dimension for m in fitted) == 1 and _leaves(diagnosis, NOTHING_LEFT))
+            and not (is_alone and fitted[0].hypothesis.dimension == 1 and _leaves(diagnosis, NOTHING_LEFT))
         ):
             return True
         near = NEARLY_RIGHT_OF_SEVERAL if len(fitted) > 1 else NEARLY_RIGHT

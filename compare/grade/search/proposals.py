@@ -262,7 +262,9 @@ class Proposals:
                 yield ("details",), self.with_step(mistakes, step, other)
                 # The same steps of the centre, and longer ones of the rotation.
                 if substeps > own.substeps == 1 and length <= self._context.spacing_s * (1 + NEAR):
-                    yield ("substeps",), self.with_step(mistakes, step, other, length)
+                    for rotation, normalise_every in ROTATIONS:  # in short steps any may have been as good
+                        turned = replace(other, rotation=rotation, normalise_every=normalise_every)
+                        yield ("substeps",), self.with_step(mistakes, step, turned, length)
             # Kinds of schemes have neither substeps nor ticks of several steps, and are not tried where a change helps.
             for rotation, normalise_every in ROTATIONS:
                 turned = replace(own, rotation=rotation, normalise_every=normalise_every)

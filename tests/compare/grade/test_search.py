@@ -32,7 +32,7 @@ from tumble.compare.grade.search.closing import HIDDEN, Closing, _plain_in, is_n
 from tumble.compare.grade.search.diagnosis import Diagnosis
 from tumble.compare.grade.search.shells import NOISY_ROWS, ROWS, Shells
 from tumble.compare.grade.search.simulations import SearchStopped
-from tumble.compare.grade.verdicts import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, TOO_LITTLE
+from tumble.compare.grade.verdicts import EXPLAINED_PARTLY, EXPLAINED_WHOLLY, TOO_LITTLE, UNEXPLAINED
 from tumble.scenarios.read import read_scene, scene_path
 
 GAME = {"dt": 1 / 240, "every": 4, "method": "symplectic", "until": 1.5}
@@ -322,14 +322,14 @@ def test_noise_is_not_the_rest_of_several_mistakes_of_which_one_explains_anythin
 @pytest.mark.parametrize(
     ("left", "others", "numbers", "expected"),
     [
-        (9e-4, "a", 1, EXPLAINED_WHOLLY),
-        (2e-3, "a", 1, EXPLAINED_PARTLY),
-        (9e-4, "ab", 1, EXPLAINED_PARTLY),
-        (9e-4, "a", 3, EXPLAINED_PARTLY),
+        (9e-4, "", 1, EXPLAINED_WHOLLY),
+        (2e-3, "", 1, EXPLAINED_PARTLY),
+        (9e-4, "a", 1, EXPLAINED_PARTLY),
+        (9e-4, "", 3, EXPLAINED_PARTLY),
     ],
 )
 def test_single_precision_is_the_rest_of_one_that_explains_anything_if_little_is_left(left, others, numbers, expected):
-    """Of two mistakes, and where the one has a single number: three can be fitted to what something else leaves."""
+    """Alone and by one number: three, or one beside another mistake, can be fitted to what something else leaves."""
     values = (0.0, 1.0) if numbers == 1 else ((0.0,) * numbers,)
     vague = replace(hypothesis("vague"), vague=True, values=values, scale=float(numbers > 1))
     null, best = explanation("", 1e6), explanation(others, 1e6 * left, nothing=True)
@@ -347,6 +347,37 @@ def test_single_precision_that_the_digits_do_not_show_is_the_rest_of_little(left
     null = explanation("", 1e4, in_common=1e4)
     best = replace(explanation("a", 1e4 * left, nothing=True, in_common=1e4 * in_common), weight=-1e6)
     assert verdict(null, best, single=False) == expected
+
+
+@pytest.mark.parametrize(
+    ("left", "in_common", "expected"),
+    [(0.4, 0.04, EXPLAINED_WHOLLY), (0.6, 0.04, EXPLAINED_PARTLY), (0.6, 0.6, UNEXPLAINED)],
+)
+@pytest.mark.parametrize("engines", [(), ("an engine",)])
+def test_what_leaves_as_much_as_before_is_no_explanation(left, in_common, expected, engines):
+    """Of rows in which rounding has grown to the error itself nothing is explained, but those before may be."""
+    null = explanation("", 1e4, in_common=1e4)
+    best = replace(explanation("a", 1e4 * left, nothing=True, in_common=1e4 * in_common), weight=-1e6)
+    wholly_by_engine = engines and expected == EXPLAINED_PARTLY
+    assert verdict(null, best, engines, single=True) == (EXPLAINED_WHOLLY if wholly_by_engine else expected)
+
+
+@pytest.mark.parametrize(
+    ("names", "in_digits", "single", "expected"),
+    [
+        ("abc", 9e3, False, EXPLAINED_WHOLLY),
+        ("abc", 2e4, False, EXPLAINED_PARTLY),
+        ("ab", 2e4, False, EXPLAINED_WHOLLY),
+        ("abc", 2e4, True, EXPLAINED_WHOLLY),
+    ],
+)
+def test_several_mistakes_that_leave_very_much_to_single_precision_are_no_whole_explanation(
+    names, in_digits, single, expected
+):
+    """Unless the digits show that it is there."""
+    null = explanation("", 1e6, in_common=1e6)
+    best = replace(explanation(names, 100.0, nothing=True, in_common=100.0), weight=-1e9, in_digits=in_digits)
+    assert verdict(null, best, single=single) == expected
 
 
 def test_what_is_found_is_compared_and_simplified_before_all_time_is_used(tmp_path, monkeypatch):

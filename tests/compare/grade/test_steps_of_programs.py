@@ -196,9 +196,11 @@ def symplectic(proposals, step_s, steps_a_tick=1):
 
 
 @pytest.mark.parametrize("proposals", ["dzhanibekov"], indirect=True)
-def test_longer_steps_are_tried_in_which_the_centre_moves_as_before(proposals):
+@pytest.mark.parametrize("rotation", ["half angle", "exponential"])
+def test_longer_steps_are_tried_in_which_the_centre_moves_as_before(proposals, rotation):
+    """With any rotation, which the short steps may not have shown."""
     short = Mistake(proposals.schemes.step(Step("implicit", "half angle")), 0.0025)
-    longer = Mistake(proposals.schemes.step(Step("implicit", "half angle", substeps=4)), 0.01)
+    longer = Mistake(proposals.schemes.step(Step("implicit", rotation, substeps=4)), 0.01)
     steps = [mistake for _, [mistake] in proposals._with_other_details((short,))]
     assert any(each.hypothesis is longer.hypothesis and each.value == pytest.approx(0.01) for each in steps)
     assert all(each.value < 0.011 for each in steps), "none is longer than a row interval"
