@@ -354,29 +354,19 @@ def test_a_limit_is_refined_in_classical_steps(tmp_path):
     assert values == pytest.approx({"speed-cap": cap, "runge-kutta-4": dt})
 
 
-def test_a_limit_is_tried_in_classical_steps_of_every_length(tmp_path):
-    """What a limit does depends on the step by leaps, and nothing else shows those of this method."""
+@pytest.mark.parametrize(("name", "is_placed"), [("speed-cap", False), ("dry-friction", True)])
+def test_what_shows_a_step_is_tried_in_classical_steps_of_every_length(tmp_path, name, is_placed):
+    """Nothing else shows those of this method: a limit acts by leaps, and forces may hide what friction does there."""
     scene = falling(tmp_path)
     evaluator, every = evaluator_of(fallen(tmp_path, scene, 0.004, lambda v: v), scene)
-    limit = next(h for h in every if h.name == "speed-cap" and not h.needs_steps)
+    mistake = Mistake(next(h for h in every if h.name == name and not h.needs_steps), 3.1)
     search = CausalSearch(evaluator)
-    tried = search._upon_steps((Mistake(limit, 3.1),))
-    lengths = {m.value for kind, one in tried for m in one if m.hypothesis in search.proposals.classical(())}
+    [method] = search.proposals.classical(())
+    tried = [one for kind, one in search._upon_steps((mistake,)) if kind.hypothesis is method]
+    placed = [one for one in tried if any(m.hypothesis.needs_steps for m in one)]
+    lengths = {m.value for one in (placed if is_placed else tried) for m in one if m.hypothesis is method}
     assert lengths >= set(evaluator.context.parts)
     assert any(length == pytest.approx(0.004) for length in lengths)
-
-
-def test_friction_is_tried_at_each_place_in_classical_steps_of_every_length(tmp_path):
-    """Forces may be so stiff that a longer step shows nothing of a shorter one."""
-    scene = falling(tmp_path)
-    evaluator, every = evaluator_of(fallen(tmp_path, scene, 0.004, lambda v: v), scene)
-    friction = next(h for h in every if h.name == "dry-friction" and not h.needs_steps)
-    search = CausalSearch(evaluator)
-    tried = search._upon_steps((Mistake(friction, 0.3),))
-    [method] = search.proposals.classical(())
-    placed = [one for kind, one in tried if kind.hypothesis is method and any(m.hypothesis.needs_steps for m in one)]
-    lengths = {m.value for one in placed for m in one if m.hypothesis is method}
-    assert lengths >= set(evaluator.context.parts)
 
 
 @pytest.mark.parametrize("proposals", ["dzhanibekov"], indirect=True)
