@@ -121,7 +121,7 @@ venv:
 	  echo "making .venv with $(PYTHON)" && \
 	  $(PYTHON) -c 'import sys; sys.exit("Tumble needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)' && \
 	  $(PYTHON) -m venv --clear .venv && \
-	  { command -v uv >/dev/null || $(PIP) --require-hashes -r requirements-installer.txt 2>/dev/null || true; } && \
+	  { test -x $(UV) || $(PIP) --require-hashes -r requirements-installer.txt 2>/dev/null || true; } && \
 	  $(call install,--require-hashes -r requirements.txt) && \
 	  $(call install,--no-build-isolation -e .) && \
 	  cp requirements.txt .venv/requirements.txt; }

@@ -65,7 +65,7 @@ LEFT_AS_NOISE, LEFT_AS_SINGLE = 0.2, 0.05
 # An explanation that leaves more than this share of the error does not explain it; one that leaves less than the other
 # explains nearly all of it.
 MOST_LEFT, LITTLE_LEFT = 0.5, 0.1
-# One that leaves no more with a single number has not been fitted to what something else left.
+# A single number that leaves no more than this share has not been fitted to what something else left.
 NOTHING_LEFT = 1e-3
 # Relative tolerance of distances between vertices, in addition to the printed digits.
 STRAIN = 1e-6
@@ -176,18 +176,18 @@ class Grade:
     def _leaves_nothing(self, diagnosis: Diagnosis) -> bool:
         """Whether the best explanation leaves only what digits, single precision or noise may.
 
-        Noise, and single precision of no engine's scheme that the digits do not show, may be the rest of most errors:
-        so only a small part of them is taken for that.
+        What leaves most of the error has explained nothing.  Noise, and single precision of no engine's scheme that the
+        digits do not show, may be the rest of most errors: so only a small part of them is taken for that.
         """
         best, null = diagnosis.best, diagnosis.null
-        if min(best.rms_m / null.rms_m, best.in_common / null.in_common) > MOST_LEFT:
+        # Where a motion amplifies rounding, the last rows may hold nothing else; those that it moves less decide.
+        left = min(best.rms_m / null.rms_m, best.in_common / null.in_common)
+        if left > MOST_LEFT:
             return False
         if not best.within_floor:
             return best.is_noise and best.rms_m <= LEFT_AS_NOISE * null.rms_m
         is_shown = self.measured.single or best.in_digits <= EXPLAINED or bool(diagnosis.engines)
-        # Where a motion amplifies rounding, the last rows may hold nothing else; those that it moves less decide.
-        is_little = best.rms_m <= LEFT_AS_SINGLE * null.rms_m or best.in_common <= LEFT_AS_SINGLE * null.in_common
-        return is_shown or is_little
+        return is_shown or left <= LEFT_AS_SINGLE
 
     @property
     def _is_all_noise(self) -> bool:
