@@ -5,7 +5,7 @@ adaptive methods, and those that take a whole run in one step, are timed by whol
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
@@ -14,6 +14,7 @@ import numpy as np
 
 from tumble.compare.judge.cost import Timed, time_runs
 from tumble.compare.judge.errors import Run, RunAnswer
+from tumble.compare.run.engines.registry import STEP_NS
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.progress import ProgressCallback, no_progress
 from tumble.compare.run.running_engines import RunningEngine, truth_limit
@@ -38,6 +39,9 @@ TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
 # Where a run takes more than this share of the budget the steps are halved, and only where the error passes one of
 # those above there is a run between: four levels a decade would take 1.7 times as long.
 COSTLY = 0.03
+# The last levels, which take three quarters of the time of all, are run where an error to be reported may be between
+# them, or where the orders of the pairs of levels before differ by more than this.
+LAST, SETTLED = 2, 0.3
 
 
 @dataclass(frozen=True)
@@ -241,7 +245,10 @@ def climb(
         if isinstance(answer, Failure) or (name == method and at_floor(runs)):
             break
         # The next level has at most twice the steps.
-        if over_budget(running_engine, name, 2 * answer.steps * len(scene.start), effort.budget_s):
+        halvings = math.log2(effort.budget_s / run_time_s(running_engine, name, answer.steps * len(scene.start)))
+        if halvings < 1.0:
+            break
+        if name == method and halvings < LAST + 1 and not may_reach(runs, (*TARGETS_M, enough_m), int(halvings)):
             break
         if float(runs[-1].distances.max()) <= enough_m and runs[-1].status is Status.OK:  # the audit takes longest
             break
@@ -273,8 +280,8 @@ def levels(
     else:
         cuts = len(legs(scene, scene.duration))
         for count in COUNTS:
-            costly = over_budget(running_engine, method, count * cuts * len(scene.start), COSTLY * effort.budget_s)
-            if not costly or count.bit_count() == 1:
+            cost_s = run_time_s(running_engine, method, count * cuts * len(scene.start))
+            if cost_s <= COSTLY * effort.budget_s or count.bit_count() == 1:
                 yield method, scene.duration / (cuts * count)
 
 
@@ -290,10 +297,27 @@ def left_out(ladder: Sequence[Run]) -> Iterator[float]:
                 yield fine.dt * 4.0 / 3.0
 
 
-def over_budget(running_engine: RunningEngine, method: str, steps: float, budget_s: float) -> bool:
-    """Whether steps of one throw exceed the budget, by what the engine says that one takes."""
+def run_time_s(running_engine: RunningEngine, method: str, steps: float) -> float:
+    """Return how long so many steps of one throw take [s], by what the engine says that one takes."""
     info = running_engine.info
-    return not isinstance(info, Failure) and steps * info.step_of(method) > 1e9 * budget_s
+    return steps * (STEP_NS if isinstance(info, Failure) else info.step_of(method)) / 1e9
+
+
+def may_reach(runs: Sequence[Run], targets_m: Collection[float], halvings: int) -> bool:
+    """Whether as many halvings of the step may reach one of these errors [m], by the order of the errors before."""
+    last = runs[-OVER - 1 :]
+    errors_m = [float(run.distances.max()) for run in last]
+    falling_steps = all(coarse.dt > fine.dt for coarse, fine in pairwise(last))
+    if len(last) <= OVER or not falling_steps or not all(0.0 < error_m < math.inf for error_m in errors_m):
+        return True
+    orders = [
+        math.log(worse / better) / math.log(coarse.dt / fine.dt)
+        for (coarse, worse), (fine, better) in pairwise(zip(last, errors_m, strict=True))
+    ]
+    if not max(orders) - min(orders) <= SETTLED:
+        return True
+    least_m = errors_m[-1] * 2.0 ** (-halvings * max(orders))
+    return any(least_m <= target < errors_m[-1] for target in targets_m)
 
 
 def at_floor(runs: Sequence[Run]) -> bool:

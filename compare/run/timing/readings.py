@@ -34,8 +34,9 @@ LEVEL, RESAMPLES, BLOCK = 0.99, 400, 4
 PROCESS = 0.03
 # Rounds are added while what chance leaves of an interval is wider than this, from its middle to its end.
 NARROW = 0.03
-# Rounds of those whose ratios to a unit stay wider, over the rounds of all.
-MORE = 4
+# Rounds of those whose ratios to a unit stay wider, over the rounds of all: where the machine's pace drifts, four times
+# as many are no narrower than twice as many.
+MORE = 2
 GONE, STOOD = "its process ended while it was timed", "the clock stood still while it was timed"
 NO_NUMBER = "its clock showed no number while it was timed"
 

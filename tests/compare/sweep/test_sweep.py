@@ -4,7 +4,7 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
-from itertools import islice, pairwise
+from itertools import groupby, islice, pairwise, product
 from time import thread_time_ns
 from types import ModuleType
 
@@ -18,6 +18,7 @@ from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.running_engines import launched
 from tumble.compare.run.timing.readings import PROCESS, Reading, round_robin
 from tumble.compare.run.timing.timer import Pace, Ready, Timer
+from tumble.compare.sweep import work_precision
 from tumble.compare.sweep.longer_steps import COUNTS
 from tumble.compare.sweep.pareto_front import (
     accuracy_cost_rows,
@@ -30,7 +31,19 @@ from tumble.compare.sweep.pareto_front import (
 )
 from tumble.compare.sweep.results import measured
 from tumble.compare.sweep.schemas import AccuracyCostRow
-from tumble.compare.sweep.work_precision import TARGETS_M, Effort, Sweep, Timed, at_floor, climb, levels, sweep
+from tumble.compare.sweep.work_precision import (
+    LAST,
+    TARGETS_M,
+    Effort,
+    Sweep,
+    Timed,
+    at_floor,
+    climb,
+    ladders,
+    levels,
+    may_reach,
+    sweep,
+)
 from tumble.reports.sweep_text import cost
 from tumble.scenarios.frames import vertices
 from tumble.scenarios.read import read_scene
@@ -201,6 +214,32 @@ def test_the_ladder_ends_at_the_floor_and_not_before():
     assert not at_floor(rough), "errors as large as the body say nothing about small steps"
 
 
+def test_the_last_halvings_are_made_where_an_error_that_is_reported_may_be_among_them():
+    first_order = [each.run for each in ladder(1, 1e-2)]  # 1e-2/2048 m at the end
+    assert may_reach(first_order, [1.3e-6], 2)
+    assert not may_reach(first_order, [1.2e-6, 1e-5], 2)
+    assert may_reach(first_order, [1.2e-6], 3)
+    assert may_reach([each.run for each in ladder(2, 1e-2, 6)], [1e-6], 2), "by its own order"
+    assert may_reach(first_order[:3], [1e-9], 2), "two pairs of levels tell no order"
+    bent = [*first_order[:3], planted(2.0**-3, 1e-2 * 2.0**-4, 1.0).run]
+    assert may_reach(bent, [1e-9], 2), "of orders 1, 1 and 2 none is known"
+
+
+def test_a_shorter_sequence_reaches_every_error_that_a_whole_one_reaches(monkeypatch):
+    names = ("tumble:symplectic-euler", "tumble:matrix-euler", "mujoco:euler", "pybullet")
+    budgets_s = (0.004, 0.008, 0.016)
+    found: dict[int, list[list[float]]] = {LAST: [], 0: []}
+    with launched(names) as running_engines:
+        for halvings, budget_s in product(found, budgets_s):
+            monkeypatch.setattr(work_precision, "LAST", halvings)
+            runs = ladders(running_engines, SCENE, effort=Effort(budget_s))
+            for _, own in groupby(runs, lambda run: (run.engine, run.method)):
+                found[halvings].append([float(run.distances.max()) for run in own])
+    for shorter, whole in zip(found[LAST], found[0], strict=True):
+        assert [min(shorter) <= target for target in TARGETS_M] == [min(whole) <= target for target in TARGETS_M]
+    assert sum(map(len, found[LAST])) < sum(map(len, found[0]))
+
+
 def burner(ns_per_step: int) -> ModuleType:
     """Return an engine whose step takes a known thread CPU time."""
     engine = ModuleType("burner")
@@ -326,8 +365,9 @@ def test_a_ladder_has_the_same_rungs_whatever_the_machine_does(tmp_path):
                 burner.wait()
     quiet, busy = found
     assert quiet == busy
-    # 100 steps by what it says of itself; of more than 3 every second level is left out.
-    assert [round(SCENE.duration / dt) for dt in quiet] == [1, 2, 3, 4, 8, 16, 32, 64]
+    # 100 steps by what it says of itself; of more than 3 every second level is left out, and the last two of all, which
+    # reach no error that is reported.
+    assert [round(SCENE.duration / dt) for dt in quiet] == [1, 2, 3, 4, 8, 16]
 
 
 def test_our_rk4_reaches_a_millionth_sooner_than_mujocos(real):
