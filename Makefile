@@ -25,7 +25,7 @@ lab: venv-lab
 COMPILE_MODULES := $(BIN)/python -m compileall -q -j 0 tumble solver scenarios compare reports tools
 test test-rest test-all: export PYTHONDONTWRITEBYTECODE = 1
 
-# Every quick test, and some of the slow cases (tests/slow.txt), others for each commit.
+# Every quick test, and the first cases of some slow ones (tests/slow.txt).
 test: venv-test
 	$(COMPILE_MODULES)
 	$(BIN)/pytest -n auto --dist worksteal --quick

@@ -1,9 +1,9 @@
-"""Two tiers: `make test` runs every quick test and a few of the slow cases, `make test-rest` more of these.
+"""Two tiers: `make test` runs every quick test and the first case of some slow ones, `make test-rest` more of these.
 
-tests/slow.txt lists slow tests, a function a line.  Of each, `--quick` runs the first case where `first` stands behind
-it, and of the other cases one in 120, others with each commit; none where `rest` does.  `--rest` runs three tenths of
-the first cases that `--quick` did not, and a twelfth of the others, again others with each commit.  A test that is slow
-and not listed fails, if it is slow a second time too: what is compiled or imported once counts for no test.
+tests/slow.txt lists slow tests, a function a line.  Of each that `first` stands behind, `--quick` runs the first case.
+`--rest` runs three tenths of the other first cases, and a twelfth of all other cases, others with each commit.  A test
+that is slow and not listed fails, if it is slow a second time too: what is compiled or imported once counts for no
+test.
 
 These are the shares of a machine of pace 1.  One that takes three times as long runs a third of them.
 """
@@ -23,7 +23,7 @@ LIST = ROOT / "tests" / "slow.txt"
 # Processor time that a test may take which is not listed [s], where `a_fixed_amount_of_work` takes WORK_S.
 MOST_S = 3.0
 WORK_S = 0.0175
-QUICK, REST, PARTS = "quick", "rest", 120
+QUICK, REST = "quick", "rest"
 # Shares of first cases and of others that `--rest` runs.
 FIRST_CASES, OTHERS = 0.3, 1 / 12
 # Every process of a run draws the same tests: the first one measures the pace for all.
@@ -31,10 +31,10 @@ PACE = "TUMBLE_TESTS_PACE"
 taken = pytest.StashKey[float]()
 
 
-def slow_tests() -> dict[str, str]:
-    """Return the listed tests, each with the word behind it."""
+def slow_tests() -> dict[str, bool]:
+    """Return the listed tests, each with whether its first case is a quick one."""
     lines = (line.partition(" ") for line in LIST.read_text(encoding="utf-8").splitlines() if line and line[0] != "#")
-    return {name: word for name, _, word in lines}
+    return {name: word == "first" for name, _, word in lines}
 
 
 def function_of(item: pytest.Item) -> str:
@@ -56,7 +56,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out what is listed, but for first cases and the part of this commit."""
+    """Leave out what is listed, but for first cases, or with `--rest` but for the part of this commit."""
     slow = slow_tests()
     if not (config.getoption("--quick") or config.getoption("--rest")):
         return
@@ -68,12 +68,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         name = function_of(item)
         is_first = name not in seen
         seen.add(name)
-        if name not in slow:
+        if name not in slow or (is_first and slow[name]):
             return QUICK
         digest = hashlib.sha256(f"{head}{item.nodeid}".encode()).digest()
-        if slow[name] != "rest" and ((is_first and slow[name] == "first") or int.from_bytes(digest[:4]) % PARTS == 0):
-            return QUICK
-        drawn = int.from_bytes(digest[4:8]) / 2**32
+        drawn = int.from_bytes(digest[:4]) / 2**32
         return REST if drawn < (FIRST_CASES if is_first else OTHERS) / slowness else None
 
     wanted = QUICK if config.getoption("--quick") else REST
@@ -157,7 +155,7 @@ def pytest_terminal_summary(terminalreporter, config: pytest.Config) -> None:
             f"{OTHERS / slowness:.0%} of their other cases"
         )
     if config.getoption("--quick"):
-        count = len(slow_tests())
         terminalreporter.write_line(
-            f"left out: {PARTS - 1} of {PARTS} cases of {count} slow tests (tests/slow.txt); `make test-all` runs them"
+            f"left out: {len(slow_tests())} slow tests (tests/slow.txt) but the first cases of some; "
+            "`make test-all` runs them"
         )
