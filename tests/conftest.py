@@ -33,8 +33,8 @@ Tumble = Callable[..., subprocess.CompletedProcess[str]]
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """Return one worker more than cores: many tests wait for a process that does not compute."""
-    return (os.cpu_count() or 1) + 1
+    """Return the number of cores: one worker more collects as long, and gains less than that while others wait."""
+    return os.cpu_count() or 1
 
 
 @pytest.hookimpl(wrapper=True)
