@@ -303,6 +303,11 @@ def _(claim: Claim, case: Case) -> Iterator[Plant]:
     yield _set(q=np.concatenate((case.scene.q[:1], _axes(claim) @ case.scene.q[1:])))
 
 
+@_named("start-attitude-wxyz-read-as-xyzw", "start-attitude-xyzw-read-as-wxyz")
+def _(claim: Claim, case: Case) -> Iterator[Plant]:
+    yield _set(q=np.roll(case.scene.q, 1 if claim.name.endswith("as-xyzw") else -1))
+
+
 @_named("start-velocity-rotated-to-body-axes")
 def _(claim: Claim, case: Case) -> Iterator[Plant]:
     yield _set(v=_attitude(case).T @ case.scene.v)

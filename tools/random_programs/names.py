@@ -77,7 +77,7 @@ MISTAKES: dict[str, tuple[Name, ...]] = {
     "start spin turned into degrees": (Name("start-spin-converted-to-degrees"),),
     "start attitude missing": (Name("start-attitude-missing"), TURNED),
     "start attitude inverted": (Name("start-attitude-inverted"), TURNED),
-    "start attitude read x y z w": (Name("wrong-start-attitude"),),
+    "start attitude read x y z w": (Name("start-attitude-wxyz-read-as-xyzw"), TURNED),
     "start position missing": (Name("start-position-missing"), same("wrong-start-position")),
     "another start position": (Name("wrong-start-position"),),
     "impulse missing": (Name("impulse-missing"),),

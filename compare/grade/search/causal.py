@@ -42,6 +42,8 @@ SHOWN, BEYOND, ROWS_BEYOND = 30.0, 1.2, 6
 AT_ONCE = OUTPUT_PARTS | {"start position", "start attitude"}
 # Factor by which a mistake makes a body turn faster at least, if steps hide that mistake.
 FASTER = 3.0
+# Mistakes that are looked for in the first row, at most; and programs with one of them that are tried with another.
+AT_FIRST, PAIRED = 2, 12
 # Share of what is wrong in the first row that may be left by a mistake that explains it.
 UNSHOWN = 0.01
 # Two parts of the run that differ by a smaller factor are one.
@@ -186,16 +188,25 @@ class CausalSearch(Changes):
         return [program for program in named if fastest(program)["spin"] > least]
 
     def _explaining_first_row(self, mistakes: Mistakes) -> list[Mistakes]:
-        """Return programs with one more mistake that explain the first row; the same program if it does, or none do."""
+        """Return programs with one or two more mistakes that explain the first row; the same if it does, or none do."""
         wrong = np.abs(self._simulations.errors([mistakes])).max()
         if wrong <= SHOWN:
             return [mistakes]
+        most, begun = max(RIGHT, UNSHOWN * wrong), [mistakes]
+        for _ in range(AT_FIRST):
+            programs = list(dict.fromkeys(each for one in begun for each in self._with_one_at_once(one)))
+            left = np.abs(self._simulations.errors(programs)).max(axis=(1, 2, 3))
+            order = np.argsort(left, kind="stable")
+            if left[order[0]] <= most:
+                return [programs[number] for number in order if left[number] <= most]
+            begun = [programs[number] for number in order[:PAIRED]]
+        return [mistakes]
+
+    def _with_one_at_once(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+        """Yield programs with one more mistake that shows in the first row, of those that are not taken from that."""
         others = {h for h in self._proposals.hypotheses if h.part not in AT_ONCE or h.from_data}
         more = self._proposals.with_one_more(mistakes, self._run(mistakes), True, others)
-        programs = [each for hypothesis, several in more if hypothesis.part in AT_ONCE for each in several]
-        left = np.abs(self._simulations.errors(programs)).max(axis=(1, 2, 3))
-        found = [each for each, off in zip(programs, left, strict=True) if off <= max(RIGHT, UNSHOWN * wrong)]
-        return found or [mistakes]
+        return (each for hypothesis, several in more if hypothesis.part in AT_ONCE for each in several)
 
     def _swapped(self, pool: list[Candidate], alike: Sequence[Mistakes]) -> list[Candidate]:
         """Return programs, best first, and others that were as good before, with what has been added to the first one.

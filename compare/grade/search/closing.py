@@ -39,6 +39,8 @@ NEARLY = 1.5
 LARGER_IF_PLAIN = 3.0
 # Significant digits of a value that a person wrote, and the largest share of values that are as near to one by chance.
 FEW_DIGITS, CHANCE = range(1, PLAIN + 1), 0.03
+# Of damping in single precision: so many roundings of its factor in a step, and the largest share then.
+ROUNDINGS, CHANCE_IF_ROUNDED = 2.0, 0.1
 # So many digits are written by most persons: more are only where they are no chance.
 WRITTEN = 2
 # Those that distinguish any two values.
@@ -260,8 +262,7 @@ class Closing:
             for one in damping:
                 rate = one.value
                 if where != AS_FORCE and step:
-                    said = dict(one.hypothesis.details).get("damping-form", DAMPING_FORMS[LINEARLY])
-                    left = left_in_a_step(rate * step.value, said)
+                    left = left_in_a_step(rate * step.value, _form(one))
                     rate = rate_of_a_step(left, DAMPING_FORMS[form]) / step.value
                 kind = one.hypothesis.name.partition("-")[0]
                 hypothesis = self._proposals.schemes.damping(kind, where, form if where != AS_FORCE else LINEARLY)
@@ -314,14 +315,28 @@ def is_named(other: Explanation, best: Explanation) -> bool:
 def is_rounded(other: Explanation, best: Explanation) -> bool:
     """Whether another explanation is the best one in plainer values, which single precision allows for.
 
-    Its values have so few digits that others are hardly as near to such ones by chance.
+    Its values have so few digits that others are hardly as near to such ones by chance; or they are those of damping,
+    in whatever form, and a few roundings of its factor in each step make up for the difference.
     """
-    values = {m.hypothesis.name: m.value for m in best.fitted if not m.hypothesis.scale}
-    plainer = {m.hypothesis.name: m.value for m in other.mistakes if m.hypothesis.name in values}
     is_plainer = other.names == best.names and other.odd_values < best.odd_values
     if not is_plainer or not other.within_floor or needs_no_single(best, other):
         return False
-    return all(_chance(values[name], plain, _digits_of(plain)) <= CHANCE for name, plain in plainer.items())
+    step_s = next((m.value for m in best.mistakes if m.hypothesis.part == STEPS), 0.0)
+    plainer = {m.hypothesis.name: m for m in other.mistakes}
+    for one in (m for m in best.fitted if not m.hypothesis.scale):
+        plain, value, most = plainer[one.hypothesis.name], one.value, CHANCE
+        if step_s and one.hypothesis.name in (LINEAR_DAMPING, ANGULAR_DAMPING):
+            value = rate_of_a_step(left_in_a_step(value * step_s, _form(one)), _form(plain)) / step_s
+            if abs(value - plain.value) * step_s <= ROUNDINGS * np.finfo(np.float32).eps:
+                most = CHANCE_IF_ROUNDED
+        if _chance(value, plain.value, _digits_of(plain.value)) > most:
+            return False
+    return True
+
+
+def _form(damping: Mistake) -> str:
+    """Return the form of a damping; a force takes the same in an explicit step as the first one."""
+    return dict(damping.hypothesis.details).get("damping-form", DAMPING_FORMS[LINEARLY])
 
 
 def leaves_much_less(explanation: Explanation, other: Explanation) -> bool:

@@ -242,6 +242,31 @@ def test_a_value_so_near_to_a_plain_one_is_that_if_single_precision_allows_it(fi
 
 
 @pytest.mark.parametrize(
+    ("fitted", "form", "plain", "step", "is_told"),
+    [
+        (0.0999109685, "by 1/(1 + c dt)", 0.1, 0.01, True),  # 0.100010967 in that form
+        (0.0999109685, "by c dt", 0.1, 0.01, True),  # one in a hundred is as near
+        (0.0986, "by c dt", 0.1, 0.01, False),  # 117 roundings
+        (0.0496963429, "by c dt", 0.05, 0.0005, True),  # one in sixteen is as near, but these are 1.3 roundings
+        (0.0496963429, "by c dt", 0.05, 0.004, False),  # ten
+        (0.0486, "by c dt", 0.05, 0.0001, False),  # 1.2 roundings, but one in four is as near
+    ],
+)
+def test_roundings_of_a_damping_in_each_step_make_up_for_a_fitted_rate(fitted, form, plain, step, is_told):
+    def damping(rate: float, form: str) -> Mistake:
+        details = (("damping-form", form),)
+        nothing = Hypothesis("angular-damping", "angular damping", "{}", lambda p, _: p, (0.01, 1.0), details=details)
+        return Mistake(nothing, rate)
+
+    steps = Mistake(Hypothesis("symplectic-euler", "steps", "{}", lambda program, _: program, (step,)), step)
+    best, other = (
+        replace(FITTED, mistakes=(each, steps), in_floors=left)
+        for each, left in ((damping(fitted, "by c dt"), 0.2), (damping(plain, form), 0.9))
+    )
+    assert is_rounded(other, best) is is_told
+
+
+@pytest.mark.parametrize(
     ("changes", "is_told"),
     [({}, True), ({"within_floor": False}, False), ({"mistakes": "same"}, False)],
     ids=["named", "too much left", "vague as well"],

@@ -8,6 +8,7 @@ from pose_files import SKEWED, write_poses
 
 from tumble.__main__ import main
 from tumble.compare.grade.model.program_model import FINE, correct_program
+from tumble.scenarios.frames import quaternion_product
 from tumble.scenarios.read import read_scene
 
 
@@ -63,3 +64,28 @@ def test_a_start_in_another_unit_is_a_factor(line, other, named, tmp_path, capsy
     capsys.readouterr()
     assert main(["grade", str(tmp_path / "a.csv"), "--scene", str(scene)]) == 0
     assert named in " ".join(capsys.readouterr().out.split()).partition("Most likely cause")[2].partition(".csv")[0]
+
+
+@pytest.mark.parametrize(
+    ("order", "said"),
+    [
+        ([3, 0, 1, 2], "start attitude set as w x y z and read as x y z w"),
+        ([1, 2, 3, 0], "start attitude set as x y z w and read as w x y z"),
+    ],
+)
+def test_an_attitude_read_in_another_order_is_named_in_any_axes(order, said, tmp_path, capsys):
+    """In other axes, the attitude of the first row is not the one that the body had."""
+    (tmp_path / "skewed.toml").write_text(SKEWED)
+    scene = read_scene(str(tmp_path / "skewed.toml"))
+    program = correct_program(scene, 0)
+    state, times = program.start.copy(), np.linspace(0.0, 1.0, 26)
+    q = quaternion_product(state[3:7], scene.body.file_axes)[order]
+    state[3:7] = quaternion_product(q, scene.body.file_axes * (1, -1, -1, -1))
+    pose = program.but(start=state).output(times, FINE)
+    axes = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    write_poses(tmp_path / "a.csv", times, pose.x @ axes.T, np.hstack((pose.q[:, :1], pose.q[:, 1:] @ axes.T)))
+    assert main(["grade", str(tmp_path / "a.csv"), "--scene", str(tmp_path / "skewed.toml")]) == 0
+    answer = " ".join(capsys.readouterr().out.split())
+    assert "Most likely cause" in answer
+    assert f"{said}: " in answer
+    assert "wrong axes: x y z replaced by z y -x: " in answer

@@ -62,6 +62,11 @@ def start(context: Context) -> Iterator[Hypothesis]:
     changes.append(("start-velocity-in-body-axes", "start velocity", text, VELOCITY, turn @ velocity))
     inverse = quaternion_product(INVERSE * attitude, INVERSE * file_axes)
     changes.append(("start-attitude-inverted", "start attitude", "start attitude inverted", ATTITUDE, inverse))
+    for own, other, order in (("w x y z", "x y z w", (3, 0, 1, 2)), ("x y z w", "w x y z", (1, 2, 3, 0))):
+        name = f"start-attitude-{own}-read-as-{other}".replace(" ", "")
+        text = f"start attitude set as {own} and read as {other}"
+        value = quaternion_product(attitude[[*order]], INVERSE * file_axes)
+        changes.append((name, "start attitude", text, ATTITUDE, value))
     for name, part, text, place, value in changes:
         if _differs(program.start[place], value, place):
             yield Hypothesis(name, part, text, _set(place, value))
