@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import chain, combinations
+from itertools import chain, combinations, product
 
 import numpy as np
 
@@ -520,11 +520,21 @@ class CausalSearch(Changes):
         try:
             turned = [c for c in pool[:KEPT] if c.is_enough]  # only the translation is to be explained
             begun = [tuple(m for m in c.mistakes if not _frees_translation(m)) for c in turned or pool[:KEPT]]
-            others = [*begun, *single, *self._known]
-            named = self._explored(begun, single) if turned else self._explored(others, most_dives=1)
+            if turned:
+                named = self._explored([*begun, *self._joined(begun, single)], single)
+            else:
+                named = self._explored([*begun, *single, *self._known], most_dives=1)
             return sorted((*pool, *named), key=lambda c: c.weight)
         finally:
             self._fit.is_free = True
+
+    def _joined(self, several: Sequence[Mistakes], others: Sequence[Mistakes]) -> list[Mistakes]:
+        """Return each of some programs with the mistakes of each of others, where those are of other parts."""
+        found = []
+        for one, other in product(several, others):
+            if {m.hypothesis.part for m in one}.isdisjoint(m.hypothesis.part for m in other):
+                found.append(self._proposals.ordered((*one, *other)))
+        return found
 
     def _changed_at_once(self, pool: list[Candidate]) -> list[Candidate]:
         """Return the programs and others, with another law, another scheme and another place of damping than the first.
