@@ -244,13 +244,14 @@ class Grade:
         These are a step that is no part of a row interval or of a tick, a tick that is nearly the row
         interval, factors that are nearly 1, too many values without a name, and those of a mistake that explains a part
         of almost any error.  The last do not count where only digits are left; nor where noise is, beside at most one
-        mistake; nor, beside no other fitted value, where single precision is.
+        mistake; nor, beside no other fitted value, where single precision is; nor if they are vectors in few digits, of
+        which some are zero.
         """
         if diagnosis.engines:
             return False
         fitted, is_alone = diagnosis.best.fitted, len(diagnosis.best.mistakes) == 1
         if (
-            any(m.hypothesis.vague for m in fitted)
+            any(m.hypothesis.vague and not (m.hypothesis.scale and m.has_plain_value) for m in fitted)
             and diagnosis.best.in_digits > EXPLAINED
             and not (diagnosis.best.is_noise and len(diagnosis.best.mistakes) <= MOST_IF_OPEN)
             and not (self.measured.single and len(fitted) == 1)

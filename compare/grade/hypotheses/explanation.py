@@ -40,8 +40,10 @@ class Mistake(NamedTuple):
 
     @property
     def has_plain_value(self) -> bool:
-        """Whether its value is a number that a person writes, such as 0.5 or 0.25."""
-        return isinstance(self.value, float) and self.value == in_digits(self.value, PLAIN)
+        """Whether its value is a number that a person writes, such as 0.5 or 0.25, or a vector of these and zeros."""
+        if isinstance(self.value, float):
+            return self.value == in_digits(self.value, PLAIN)
+        return bool(self.hypothesis.scale) and 0.0 in self.value and all(x == in_digits(x, PLAIN) for x in self.value)
 
     def is_nearly_right(self, near: float = NEARLY_RIGHT) -> bool:
         """Whether its value was fitted and is nearly that of a right program; near: share, of factors and of 0."""

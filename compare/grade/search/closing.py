@@ -214,7 +214,9 @@ class Closing:
         for mistake in best.mistakes:
             hypothesis = mistake.hypothesis
             is_damping = hypothesis.name in (LINEAR_DAMPING, ANGULAR_DAMPING) and hypothesis.details
-            if hypothesis.fitted and hypothesis.part != STEPS and not hypothesis.scale and not is_damping:
+            if hypothesis.scale:
+                best = self._first_as_good(best, _along_axes(best.mistakes, mistake))
+            elif hypothesis.fitted and hypothesis.part != STEPS and not is_damping:
                 best = self._first_as_good(best, self._plainer(best.mistakes, mistake))
         return self._first_as_good(best, self._plainer_damping(best.mistakes))
 
@@ -288,6 +290,16 @@ class Closing:
             if kept and all(self.is_as_good(each, best) for each in tried) and not self.is_late():
                 own = replace(own, **{detail: ""})
         return self._evaluator.explain(self._proposals.with_step(best.mistakes, step, own))
+
+
+def _along_axes(mistakes: Mistakes, mistake: Mistake) -> Iterator[Mistakes]:
+    """Yield mistakes with a vector of few digits in the place of one of them, if parts of that are nearly zero."""
+    value = np.array(mistake.value)
+    value[np.abs(value) <= CHANCE / 2 * np.abs(value).max()] = 0.0
+    for digits in FEW_DIGITS if (value == 0.0).any() and value.any() else ():
+        plain = tuple(in_digits(part, digits) for part in value.tolist())
+        if max(map(_chance, value.tolist(), plain, [digits] * len(plain))) <= CHANCE:
+            yield with_value(mistakes, mistake.hypothesis, plain)
 
 
 def is_no_larger(other: Explanation, best: Explanation, larger: float, floor_m: float) -> bool:

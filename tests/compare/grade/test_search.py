@@ -28,7 +28,7 @@ from tumble.compare.grade.search import diagnosis
 from tumble.compare.grade.search.causal import AT_ONCE, HOPED, Candidate, CausalSearch
 from tumble.compare.grade.search.changes import Effects
 from tumble.compare.grade.search.clock import search_clock
-from tumble.compare.grade.search.closing import HIDDEN, Closing, _plain_in, is_named, is_rounded
+from tumble.compare.grade.search.closing import HIDDEN, Closing, _along_axes, _plain_in, is_named, is_rounded
 from tumble.compare.grade.search.diagnosis import Diagnosis
 from tumble.compare.grade.search.shells import NOISY_ROWS, ROWS, Shells
 from tumble.compare.grade.search.simulations import SearchStopped
@@ -239,6 +239,26 @@ def test_a_value_so_near_to_a_plain_one_is_that_if_single_precision_allows_it(fi
     assert is_rounded(other, best) is is_told
     assert not is_rounded(replace(other, within_floor=False), best), "single precision does not allow it"
     assert not is_rounded(other, replace(best, in_digits=1.0)), "nothing is left for single precision"
+
+
+@pytest.mark.parametrize(
+    ("value", "plainest"),
+    [
+        ((-3.9e-7, 0.31800277, -1.9e-6), (0.0, 0.318, 0.0)),
+        ((0.2001, 0.001, -0.5001), (0.2, 0.0, -0.5)),
+        ((0.2001, 0.009, -0.5001), None),  # not nearly zero
+        ((0.0, 1.3470003e-5, 0.0), (0.0, 1.347e-5, 0.0)),
+        ((0.0, 1.34712e-5, 0.0), None),  # no number of few digits is nearer than by chance
+    ],
+)
+def test_an_acceleration_along_axes_in_few_digits_is_plain(value, plainest):
+    whatever = Hypothesis(
+        "constant-acceleration", "gravity", "({})", lambda p, _: p, ((0.0,) * 3,), scale=1.0, vague=True
+    )
+    found = list(_along_axes((Mistake(whatever, value),), Mistake(whatever, value)))
+    assert [each[0].value for each in found][:1] == ([plainest] if plainest else [])
+    assert not Mistake(whatever, value).has_plain_value or value == plainest
+    assert all(each[0].has_plain_value for each in found)
 
 
 @pytest.mark.parametrize(
