@@ -632,3 +632,19 @@ def test_each_reason_of_a_wrong_first_row_is_followed(tmp_path, monkeypatch):
     assert {m.hypothesis.name for program in reasons for m in program} >= {"start-attitude-inverted"}
     assert len(reasons) > 1
     assert then[: len(reasons) - 1] == reasons[1:]
+
+
+def test_what_explains_the_rotation_is_joined_with_what_explains_most_of_all(tmp_path):
+    """Both at once, and nothing twice: neither alone says that the other helps."""
+    throw, scene = read(scene_path("two-hits")), read_scene("two-hits")
+    rows = Simulation(throw, Program(until=0.5)).rows()
+    search = CausalSearch(evaluator_of(write(tmp_path / "any.csv", rows, throw.vertices), scene)[0])
+    lever, velocity, doubled = (
+        (Mistake(next(h for h in search.proposals.hypotheses if h.name == name)),)
+        for name in ("impulse-lever-reversed", "start-velocity-reversed", "impulse-doubled")
+    )
+    assert search._joined([lever, velocity], [velocity]) == [search.proposals.ordered((*lever, *velocity))]
+    assert search._joined([(*lever, *velocity)], [velocity, lever]) == []
+    assert search._joined([lever], [velocity, doubled]) == [
+        search.proposals.ordered((*lever, *other)) for other in (velocity, doubled)
+    ]
