@@ -223,6 +223,7 @@ def climb(
 ) -> list[RunAnswer]:
     """Return the sequence of one method from its longest step to its floor, the error asked for, or the budget.
 
+    It ends one or two halvings before the budget where no error to be reported is among them.
     references: the scene at its samples, and at longer steps, each with its reference solution.
     """
     scene, truth = references[None]
