@@ -1,7 +1,7 @@
 """Makes docs/confusion.md, .csv and .png: which mistake was planted, and which one `tumble grade` named.
 
 Random boxes with random impulses are simulated with one or two mistakes, and written with noise of 1e-4 of the body's
-size.  `.venv/bin/python -m tools.confusion` takes a quarter of an hour on two cores; a number after it says how
+size.  `.venv/bin/python -m tools.confusion` takes four minutes on two cores; a number after it says how
 many of the 200 scenes, evenly spread, so that all mistakes have their turn.
 """
 
