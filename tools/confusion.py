@@ -297,7 +297,7 @@ def picture(rows: Sequence[ConfusionRow]) -> bytes:
     squares = base.mark_rect().encode(color=altair.Color("trajectories:Q", scale=altair.Scale(scheme="blues")))
     numbers = base.mark_text(fontSize=9).encode(text="trajectories:Q")
     chart = (squares + numbers).properties(width=altair.Step(18), height=altair.Step(16))
-    return vl_convert.vegalite_to_png(chart.to_json(), scale=1.4)
+    return vl_convert.vegalite_to_png(chart.to_json(), scale=1.25)
 
 
 def main() -> None:
