@@ -37,8 +37,13 @@ def local_orders(ladder: Sequence[Level], largest_m: float) -> list[float]:
             return slopes[:-1]
         if fine.error_m <= FLOOR * fine.resolution_m:
             return slopes
-        slopes.append(math.log(coarse.error_m / fine.error_m) / math.log(coarse.dt_s / fine.dt_s))
+        slopes.append(order_between(coarse, fine))
     return slopes
+
+
+def order_between(coarse: Level, fine: Level) -> float:
+    """Return the power of the step by which the error falls from one level to another."""
+    return math.log(coarse.error_m / fine.error_m) / math.log(coarse.dt_s / fine.dt_s)
 
 
 def parts(run: Run) -> tuple[float, float]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from tumble.compare.judge.cost import Timed, time_runs
 from tumble.compare.judge.errors import Run, RunAnswer
+from tumble.compare.judge.orders import Level, order_between
 from tumble.compare.run.engines.registry import STEP_NS
 from tumble.compare.run.flight import Trajectory, legs
 from tumble.compare.run.progress import ProgressCallback, no_progress
@@ -39,9 +40,9 @@ TARGETS_M = (1e-3, 1e-6, 1e-9, 1e-12)
 # Where a run takes more than this share of the budget the steps are halved, and only where the error passes one of
 # those above there is a run between: four levels a decade would take 1.7 times as long.
 COSTLY = 0.03
-# The last levels, which take three quarters of the time of all, are run where an error to be reported may be between
+# The last halvings, which take three quarters of the time of all, are run where an error to be reported may be between
 # them, or where the orders of the pairs of levels before differ by more than this.
-LAST, SETTLED = 2, 0.3
+LAST_HALVINGS, SETTLED = 2, 0.3
 
 
 @dataclass(frozen=True)
@@ -249,7 +250,11 @@ def climb(
         halvings = math.log2(effort.budget_s / run_time_s(running_engine, name, answer.steps * len(scene.start)))
         if halvings < 1.0:
             break
-        if name == method and halvings < LAST + 1 and not may_reach(runs, (*TARGETS_M, enough_m), int(halvings)):
+        if (
+            name == method
+            and halvings < LAST_HALVINGS + 1
+            and not may_reach(runs, (*TARGETS_M, enough_m), int(halvings))
+        ):
             break
         if float(runs[-1].distances.max()) <= enough_m and runs[-1].status is Status.OK:  # the audit takes longest
             break
@@ -306,19 +311,16 @@ def run_time_s(running_engine: RunningEngine, method: str, steps: float) -> floa
 
 def may_reach(runs: Sequence[Run], targets_m: Collection[float], halvings: int) -> bool:
     """Whether as many halvings of the step may reach one of these errors [m], by the order of the errors before."""
-    last = runs[-OVER - 1 :]
-    errors_m = [float(run.distances.max()) for run in last]
-    falling_steps = all(coarse.dt > fine.dt for coarse, fine in pairwise(last))
-    if len(last) <= OVER or not falling_steps or not all(0.0 < error_m < math.inf for error_m in errors_m):
+    last = [Level(run.dt, float(run.distances.max()), float(run.limits.max())) for run in runs[-OVER - 1 :]]
+    falling_steps = all(coarse.dt_s > fine.dt_s for coarse, fine in pairwise(last))
+    if len(last) <= OVER or not falling_steps or not all(0.0 < level.error_m < math.inf for level in last):
         return True
-    orders = [
-        math.log(worse / better) / math.log(coarse.dt / fine.dt)
-        for (coarse, worse), (fine, better) in pairwise(zip(last, errors_m, strict=True))
-    ]
+    # Also of errors that fall no more, which no halving helps.
+    orders = [order_between(coarse, fine) for coarse, fine in pairwise(last)]
     if not max(orders) - min(orders) <= SETTLED:
         return True
-    least_m = errors_m[-1] * 2.0 ** (-halvings * max(orders))
-    return any(least_m <= target < errors_m[-1] for target in targets_m)
+    error_m = last[-1].error_m
+    return any(error_m * 2.0 ** (-halvings * max(orders)) <= target < error_m for target in targets_m)
 
 
 def at_floor(runs: Sequence[Run]) -> bool:

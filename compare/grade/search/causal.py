@@ -214,10 +214,8 @@ class CausalSearch(Changes):
         alike: the programs before, the one first that has been followed; noise may have hidden which one is right.
         """
         before = {m.hypothesis for m in alike[0]}
-        added = [m for m in pool[0].mistakes if m.hypothesis not in before]
-        parts = {m.hypothesis.part for m in added}
-        others = [each for each in alike[1:] if added and each and not parts & {m.hypothesis.part for m in each}]
-        swapped = [self._proposals.ordered((*each, *added)) for each in others]
+        added = tuple(m for m in pool[0].mistakes if m.hypothesis not in before)
+        swapped = self._joined([each for each in alike[1:] if each], [added]) if added else []
         wanted = dict.fromkeys((*swapped, *self._with_twins(pool)))
         return sorted((*pool, *map(self._fitted, wanted)), key=_enough_first)
 

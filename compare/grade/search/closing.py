@@ -262,10 +262,7 @@ class Closing:
         for digits, (kept, where), form in product(FEW_DIGITS, variants, DAMPING_FORMS):
             found = []
             for one in damping:
-                rate = one.value
-                if where != AS_FORCE and step:
-                    left = left_in_a_step(rate * step.value, _form(one))
-                    rate = rate_of_a_step(left, DAMPING_FORMS[form]) / step.value
+                rate = _rate_in(one, DAMPING_FORMS[form], step.value) if step and where != AS_FORCE else one.value
                 kind = one.hypothesis.name.partition("-")[0]
                 hypothesis = self._proposals.schemes.damping(kind, where, form if where != AS_FORCE else LINEARLY)
                 if (plain := _plain_in(rate, digits)) is not None:
@@ -338,7 +335,7 @@ def is_rounded(other: Explanation, best: Explanation) -> bool:
     for one in (m for m in best.fitted if not m.hypothesis.scale):
         plain, value, most = plainer[one.hypothesis.name], one.value, CHANCE
         if step_s and one.hypothesis.name in (LINEAR_DAMPING, ANGULAR_DAMPING):
-            value = rate_of_a_step(left_in_a_step(value * step_s, _form(one)), _form(plain)) / step_s
+            value = _rate_in(one, _form(plain), step_s)
             if abs(value - plain.value) * step_s <= ROUNDINGS * np.finfo(np.float32).eps:
                 most = CHANCE_IF_ROUNDED
         if _chance(value, plain.value, _digits_of(plain.value)) > most:
@@ -349,6 +346,11 @@ def is_rounded(other: Explanation, best: Explanation) -> bool:
 def _form(damping: Mistake) -> str:
     """Return the form of a damping; a force takes the same in an explicit step as the first one."""
     return dict(damping.hypothesis.details).get("damping-form", DAMPING_FORMS[LINEARLY])
+
+
+def _rate_in(damping: Mistake, form: str, step_s: float) -> float:
+    """Return the rate with which a form of damping leaves as much of a velocity in a step [s] as this one does."""
+    return rate_of_a_step(left_in_a_step(damping.value * step_s, _form(damping)), form) / step_s
 
 
 def leaves_much_less(explanation: Explanation, other: Explanation) -> bool:

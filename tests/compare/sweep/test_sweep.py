@@ -32,7 +32,7 @@ from tumble.compare.sweep.pareto_front import (
 from tumble.compare.sweep.results import measured
 from tumble.compare.sweep.schemas import AccuracyCostRow
 from tumble.compare.sweep.work_precision import (
-    LAST,
+    LAST_HALVINGS,
     TARGETS_M,
     Effort,
     Sweep,
@@ -228,16 +228,16 @@ def test_the_last_halvings_are_made_where_an_error_that_is_reported_may_be_among
 def test_a_shorter_sequence_reaches_every_error_that_a_whole_one_reaches(monkeypatch):
     names = ("tumble:symplectic-euler", "tumble:matrix-euler", "mujoco:euler", "pybullet")
     budgets_s = (0.004, 0.008, 0.016)
-    found: dict[int, list[list[float]]] = {LAST: [], 0: []}
+    found: dict[int, list[list[float]]] = {LAST_HALVINGS: [], 0: []}
     with launched(names) as running_engines:
         for halvings, budget_s in product(found, budgets_s):
-            monkeypatch.setattr(work_precision, "LAST", halvings)
+            monkeypatch.setattr(work_precision, "LAST_HALVINGS", halvings)
             runs = ladders(running_engines, SCENE, effort=Effort(budget_s))
             for _, own in groupby(runs, lambda run: (run.engine, run.method)):
                 found[halvings].append([float(run.distances.max()) for run in own])
-    for shorter, whole in zip(found[LAST], found[0], strict=True):
+    for shorter, whole in zip(found[LAST_HALVINGS], found[0], strict=True):
         assert [min(shorter) <= target for target in TARGETS_M] == [min(whole) <= target for target in TARGETS_M]
-    assert sum(map(len, found[LAST])) < sum(map(len, found[0]))
+    assert sum(map(len, found[LAST_HALVINGS])) < sum(map(len, found[0]))
 
 
 def burner(ns_per_step: int) -> ModuleType:
