@@ -264,12 +264,13 @@ def test_an_acceleration_along_axes_in_few_digits_is_plain(value, plainest):
 @pytest.mark.parametrize(
     ("fitted", "form", "plain", "step", "is_told"),
     [
-        (0.0999109685, "by 1/(1 + c dt)", 0.1, 0.01, True),  # 0.100010967 in that form
+        (0.298213, "by 1/(1 + c dt)", 0.3, 0.02, True),  # 0.300002 in that form
+        (0.298213, "by c dt", 0.3, 0.02, False),
         (0.0999109685, "by c dt", 0.1, 0.01, True),  # one in a hundred is as near
-        (0.0986, "by c dt", 0.1, 0.01, False),  # 117 roundings
+        (0.098613, "by c dt", 0.1, 0.01, False),  # 116 roundings
         (0.0496963429, "by c dt", 0.05, 0.0005, True),  # one in sixteen is as near, but these are 1.3 roundings
         (0.0496963429, "by c dt", 0.05, 0.004, False),  # ten
-        (0.0486, "by c dt", 0.05, 0.0001, False),  # 1.2 roundings, but one in four is as near
+        (0.048613, "by c dt", 0.05, 0.0001, False),  # 1.2 roundings, but one in four is as near
     ],
 )
 def test_roundings_of_a_damping_in_each_step_make_up_for_a_fitted_rate(fitted, form, plain, step, is_told):
