@@ -216,6 +216,8 @@ def order_rows(sweep: Sweep) -> Iterator[OrderRow]:
             Level(each.run.dt_taken or each.run.dt, each.error_m, float(each.run.limits.max())) for each in ladder
         ]
         slopes = local_orders(levels, ASYMPTOTIC * size) or local_orders(levels, size)[-LAST:]
+        # Errors as large as these may rise with shorter steps before they fall.
+        slopes = slopes or local_orders(levels[-LAST - 1 :], size)
         shown = min(ladder, key=lambda each: abs(math.log(each.error_m / (ASYMPTOTIC * size))))
         attitude, translation = parts(shown.run)
         yield OrderRow(

@@ -82,6 +82,13 @@ def test_the_order_is_read_off_the_errors(order):
     assert row.attitude_m == 0
 
 
+def test_the_order_is_read_off_the_last_steps_where_large_errors_rose_before():
+    """A tumbling body's errors need not fall until they are small; a sequence may end before they are."""
+    errors_m = (0.02, 0.025, 0.02, 0.01, 0.005, 0.0025, 0.00125)
+    (row,) = order_rows(of([planted(2.0**-k, off_m, 100.0 * 2**k) for k, off_m in enumerate(errors_m)]))
+    assert row.order == pytest.approx(1.0)
+
+
 def test_the_order_is_read_off_the_steps_that_were_taken():
     """Samples cut each run into one step more than its stated step says."""
     counts = (4, 6, 8, 12, 16, 24)
