@@ -126,7 +126,7 @@ class CausalSearch(Changes):
         self._stops_at = stops_at
         pool, alone = [Candidate((), 0.0, 0.0, False, 0.0)], list[Candidate]()
         try:
-            alone = self._alone(self._horizons())
+            alone = self._alone()
             # A step moves a falling body as another start velocity does, and so do several mistakes together.
             if alone and not _is_vague(alone[0]):
                 return alone
@@ -389,14 +389,16 @@ class CausalSearch(Changes):
         self._begin(until)
         yield from self._nearest(list(found), KEPT, self._slopes(mistakes))
 
-    def _alone(self, horizons: Sequence[float]) -> list[Candidate]:
+    def _alone(self) -> list[Candidate]:
         """Return the changes each of which explains all rows alone, the best first; none if no change does.
 
         A change that explains the first rows is followed into more and more of them.
         """
         kept: list[Mistakes] = [()]
         whole: list[Candidate] = []
-        for until in horizons:
+        until = 0.0
+        while until < self._context.duration:
+            until = self._next_part(until, kept[0])
             self._look_at(until)
             found = list(filter(self._is_near, map(self._fitted, kept)))
             if not found and kept == [()]:
