@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
-from tumble.compare.grade.hypotheses.explanation import NEARLY_RIGHT, Explanation
+from tumble.compare.grade.hypotheses.explanation import NEARLY_RIGHT, WHOLE, Explanation, step_divides
 from tumble.compare.grade.hypotheses.hypothesis import Context
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
 from tumble.compare.grade.measure.conserved import fitted_pose
@@ -75,8 +75,6 @@ LITTLE = 1e-6
 # A factor that differs from 1 by less, beside other fitted values, was fitted to something else; so were more values
 # than this.
 NEARLY_RIGHT_OF_SEVERAL, MOST_FITTED = 1e-2, 3
-# A fitted step is a part of a row interval if their ratio is as near to a whole number.
-WHOLE = 0.02
 # Row intervals that differ by less than this share are the same but for their rounding; rounding of a time.
 EVEN, ROUNDING = 0.2, 1e-9
 # Printed digits that leave more than this share of the body's size open show it neither right nor wrong.
@@ -266,14 +264,10 @@ class Grade:
             rows = values["clock tick"].value / self.measured.spacing_s
             if abs(rows - round(rows)) < WHOLE * rows:  # nearly the row interval, or a multiple
                 return True
-        if "steps" not in values or "clock rate" in values:
-            return False
         rows = self.measured.sample.times / self.measured.spacing_s
         if np.abs(rows - rows.round()).max() > WHOLE:
             return False  # a step divides no interval of uneven rows
-        tick = values["clock tick"].value if "clock tick" in values else self.measured.spacing_s
-        count = tick / values["steps"].value
-        return abs(count - round(count)) > WHOLE or round(count) == 0
+        return not step_divides(diagnosis.best.mistakes, self.measured.spacing_s)
 
     @property
     def is_coarse(self) -> bool:

@@ -15,6 +15,8 @@ NEARLY_NOTHING = 1e-6
 PLAIN = 4
 # Largest number of steps after which something happens; a time differs from whole steps by less than this share of one.
 TICKS, OF_A_STEP = 60, 1e-6
+# A step divides an interval if their ratio is as near to a whole number.
+WHOLE = 0.02
 
 
 def in_digits(value: float, digits: int) -> float:
@@ -152,3 +154,15 @@ def with_value(mistakes: Mistakes, hypothesis: Hypothesis, value: Any) -> Mistak
 def value_of(mistakes: Mistakes, hypothesis: Hypothesis) -> Any:
     """Return the value of a hypothesis in some mistakes."""
     return next(mistake.value for mistake in mistakes if mistake.hypothesis is hypothesis)
+
+
+def step_divides(mistakes: Mistakes, interval_s: float) -> bool:
+    """Return whether the step of a program, if it has one, divides its tick, or an interval [s] if it has no tick.
+
+    A clock of another rate has intervals that are not those of the rows.
+    """
+    values = {m.hypothesis.part: m.value for m in mistakes}
+    if "steps" not in values or "clock rate" in values:
+        return True
+    count = values.get("clock tick", interval_s) / values["steps"]
+    return round(count) > 0 and abs(count - round(count)) <= WHOLE

@@ -51,8 +51,8 @@ SUSPECT = 1e-2
 MUCH_LESS = 4.0
 # Twice the logarithm of the likelihood that a plainer value may leave less of, beside noise.
 NOISIER = 4.0
-# Other programs that are simulated finely.
-ALTERNATIVES = 16
+# Other programs that are simulated finely, and of these, so many that write rows between their ticks.
+ALTERNATIVES, BETWEEN_TICKS = 16, 3
 
 
 class Closing:
@@ -79,7 +79,7 @@ class Closing:
         simple = self._named(simple)
         simple = self._plain(simple)
         simple = self._without_mistakes(simple)
-        simple = self._without_details(simple)
+        simple = self._written_between_ticks(self._without_details(simple))
         return replace(simple, plain_cost=max(0.0, simple.weight - best.weight))
 
     def refined(self, best: Explanation) -> Explanation:
@@ -201,6 +201,14 @@ class Closing:
             others = tuple(tuple(one if m is vague else m for m in best.mistakes) for one in values)
             best = self._first_as_good(best, others)
         return best
+
+    def _written_between_ticks(self, best: Explanation) -> Explanation:
+        """Return an explanation that writes rows between its ticks, if none of its steps ends at a row.
+
+        A step that ends between two rows is seen, but not how those are written: no step alone would write them.
+        """
+        others = self._search.closest(list(self._proposals.with_ticks_between_rows(best.mistakes)), BETWEEN_TICKS)
+        return next((each for each in self._explained(others) if self.is_as_good(each, best)), best)
 
     def _with_plain_ticks(self, mistakes: Mistakes) -> Mistakes:
         """Return mistakes of a program in which something can happen in every step."""

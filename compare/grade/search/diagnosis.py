@@ -7,7 +7,7 @@ from itertools import combinations, takewhile
 import numpy as np
 
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
-from tumble.compare.grade.hypotheses.explanation import Explanation
+from tumble.compare.grade.hypotheses.explanation import Explanation, step_divides
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
 from tumble.compare.grade.hypotheses.names import CLOCK_OFFSET, LOG_LAG
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
@@ -224,7 +224,8 @@ def _ranked(evaluator: Evaluator, null: Explanation, found: Sequence[Explanation
     # What is found although single precision would explain all is clearly better than no mistake.
     if not (helpful and null.within_floor):
         helpful.insert(0, null)
-    ranked = [each for each in sorted(helpful, key=by_weight) if not _is_padded(each, helpful)]
+    spacing_s = evaluator.context.spacing_s
+    ranked = [each for each in sorted(helpful, key=by_weight) if not _is_padded(each, helpful, spacing_s)]
     as_good = _as_good(evaluator, ranked)
     best = _best(evaluator, ranked[0], as_good)
     alike = [
@@ -309,10 +310,15 @@ def _steps(evaluator: Evaluator, null: Explanation, best: Explanation) -> list[E
     return [null, *steps] if best.mistakes else steps
 
 
-def _is_padded(explanation: Explanation, others: Iterable[Explanation]) -> bool:
-    """Whether some of an explanation's mistakes fit nearly as well without the rest."""
+def _is_padded(explanation: Explanation, others: Iterable[Explanation], spacing_s: float) -> bool:
+    """Whether some of an explanation's mistakes fit nearly as well without the rest.
+
+    spacing_s: interval of rows [s]; a step that ends between them needs what writes rows there.
+    """
+    is_written = step_divides(explanation.mistakes, spacing_s)
     return any(
         other.names < explanation.names
+        and (step_divides(other.mistakes, spacing_s) or not is_written)
         and (not needs_no_single(explanation, other) or _is_fitted_to(explanation, other))
         and (_helps_little(explanation, other) or (other.within_floor and explanation.within_floor))
         and not leaves_much_less(explanation, other)

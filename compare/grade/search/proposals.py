@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_PLACES, GYROSCOPIC, ROTATION
-from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
+from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes, step_divides
 from tumble.compare.grade.hypotheses.hypothesis import NEAR, Context, Hypothesis
 from tumble.compare.grade.hypotheses.hypothesis import STEPS as STEPS_S
 from tumble.compare.grade.hypotheses.names import (
@@ -286,6 +286,15 @@ class Proposals:
                     yield self.with_step(mistakes, step, replace(own, steps_a_tick=number))
                 if number > own.steps_a_tick and self._moves_events(tick, tick / number):
                     yield self.with_step(mistakes, step, replace(own, steps_a_tick=number), tick / number)
+
+    def with_ticks_between_rows(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+        """Yield programs that write rows between their ticks, for one whose steps do not divide a row interval."""
+        if self._has_tick(mistakes) or step_divides(mistakes, self._context.spacing_s):
+            return
+        clocks = [hypothesis for hypothesis in self.hypotheses if hypothesis.part == "clock tick"]
+        lengths = [m.value for m in mistakes if m.hypothesis.part == STEPS]
+        for length, clock, steps in product(lengths, clocks, IN_A_TICK):
+            yield self.ordered((*mistakes, Mistake(clock, steps * length)))
 
     def _own_step(self, mistakes: Mistakes) -> Iterator[tuple[Step, Mistake]]:
         """Yield the step of a program in symplectic steps."""
