@@ -7,7 +7,8 @@ from itertools import chain, combinations, product
 import numpy as np
 
 from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
-from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
+from tumble.compare.grade.hypotheses.hypothesis import NEAR, Hypothesis
+from tumble.compare.grade.hypotheses.names import LOG_LAG
 from tumble.compare.grade.hypotheses.mistakes.output import OUTPUT_PARTS
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.search.changes import LONG, RIGHT, Changes, best_of_each
@@ -104,6 +105,7 @@ class CausalSearch(Changes):
 
     # What the first rows show by themselves.
     _known: Sequence[Mistakes] = ((),)
+    _whole_rows_late: Sequence[Mistakes] = ()
 
     def __init__(self, evaluator: Evaluator, is_double: bool = False) -> None:
         super().__init__(evaluator, evaluator.double_scale if is_double else evaluator.search_scale)
@@ -137,6 +139,8 @@ class CausalSearch(Changes):
                 until = self._next_part(before, alike[0])
                 self._begin(until)
                 begun = self._nearest(alike, KEPT)
+                # Long steps hide by how much rows are late, most often by whole row intervals.
+                begun[1:1] = [] if before else [each for each in alike if each in self._whole_rows_late]
                 # A free translation is as good as a start velocity or an acceleration of any size.
                 single = _distinct([c for c in self._single.get(until, []) if not _is_free_translation(c)])
                 whole = min(self._fitted(known).weight for known in self._known)
@@ -174,7 +178,9 @@ class CausalSearch(Changes):
         elif between := self._evaluator.first_motion:
             programs = self._proposals.begins_between(*between)
             self._begin(self._horizons()[0])
-            self._known = [*self._nearest(programs, KEPT), ()]
+            late = (each for each in programs if each[0].hypothesis.name == LOG_LAG)
+            self._whole_rows_late = [each for each in late if abs(each[0].value - between[0]) <= NEAR * between[0]]
+            self._known = [*dict.fromkeys((*self._nearest(programs, KEPT), *self._whole_rows_late)), ()]
         self._look_at(float(self._sample.times[0]))
         return [each for known in self._known for each in self._explaining_first_row(known)]
 
