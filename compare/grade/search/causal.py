@@ -8,8 +8,8 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import NEAR, Hypothesis
-from tumble.compare.grade.hypotheses.names import LOG_LAG
 from tumble.compare.grade.hypotheses.mistakes.output import OUTPUT_PARTS
+from tumble.compare.grade.hypotheses.names import LOG_LAG
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.search.changes import LONG, RIGHT, Changes, best_of_each
 from tumble.compare.grade.search.clock import search_clock
