@@ -15,6 +15,7 @@ from tumble.compare.grade.search.changes import LONG, RIGHT, Changes, best_of_ea
 from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.least_squares import Fitting
+from tumble.compare.grade.search.parts import NO_SLOPES
 from tumble.compare.grade.search.proposals import DAMPED, STEPS
 from tumble.compare.grade.search.simulations import SearchStopped
 from tumble.scenarios.frames import Array
@@ -45,6 +46,8 @@ AT_ONCE = OUTPUT_PARTS | {"start position", "start attitude"}
 FASTER = 3.0
 # Mistakes that are looked for in the first row, at most; and programs with one of them that are tried with another.
 AT_FIRST, PAIRED = 2, 12
+# Pairs of mistakes without values that are followed, and most choices that one of a pair may have.
+PAIRS, MOST_CHOICES = 2, 24
 # Share of what is wrong in the first row that may be left by a mistake that explains it.
 UNSHOWN = 0.01
 # Two parts of the run that differ by a smaller factor are one.
@@ -150,7 +153,8 @@ class CausalSearch(Changes):
                 # What the first row shows may have several reasons, each of which explains little alone.
                 alternatives = () if before else begun[1:]
                 spun_up = () if before else self._spun_up()
-                others = chain(alternatives, self._same_before(begun[0], before), spun_up, others)
+                pairs = () if before else self._pairs(begun[0])
+                others = chain(pairs, alternatives, self._same_before(begun[0], before), spun_up, others)
                 pool = self._explored([*begun, *nearly[:KEPT], *self._known], others)
                 pool = self._swapped(pool, alike)
                 if not pool[0].is_whole or _is_free_translation(pool[0]):
@@ -192,6 +196,28 @@ class CausalSearch(Changes):
         least = max(least, FASTER * fastest(())["spin"])
         named = [(Mistake(h),) for h in self._proposals.hypotheses if not (h.values or h.needs_steps)]
         return [program for program in named if fastest(program)["spin"] > least]
+
+    def _pairs(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+        """Yield programs with two more mistakes without values that help much together: alone, each may hide the other.
+
+        mistakes: those of the program that they are added to.
+        """
+        taken = {STEPS, *(m.hypothesis.part for m in mistakes)}
+        ones = [
+            one
+            for hypothesis, several in self._proposals.with_one_more((), self._run(()), True, self._hopeless(()))
+            if not hypothesis.fitted and hypothesis.part not in taken and len(several) <= MOST_CHOICES
+            for (one,) in several
+        ]
+        both = [(one, other) for one, other in combinations(ones, 2) if one.hypothesis.part != other.hypothesis.part]
+        programs = [self._proposals.ordered((*mistakes, *added)) for added in (*((one,) for one in ones), *both)]
+        scores = self._screened(mistakes, programs, NO_SLOPES) if programs else np.empty(0)
+        alone = scores[: len(ones)].min(initial=np.inf)
+        best = len(ones) + np.argsort(scores[len(ones) :], kind="stable")
+        different = [
+            number for number, gain in zip(best, np.diff(scores[best], prepend=-np.inf), strict=True) if gain > SAME
+        ]
+        yield from (programs[number] for number in different[:PAIRS] if scores[number] < alone - MUCH)
 
     def _explaining_first_row(self, mistakes: Mistakes) -> list[Mistakes]:
         """Return programs with one or two more mistakes that explain the first row; the same if it does, or none do."""
