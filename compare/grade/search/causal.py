@@ -46,8 +46,9 @@ AT_ONCE = OUTPUT_PARTS | {"start position", "start attitude"}
 FASTER = 3.0
 # Mistakes that are looked for in the first row, at most; and programs with one of them that are tried with another.
 AT_FIRST, PAIRED = 2, 12
-# Pairs of mistakes without values that are followed, and most choices that one of a pair may have.
-PAIRS, MOST_CHOICES = 2, 24
+# Parts of the rotation: of their mistakes without values, which may hide each other, so many pairs are followed.
+ENTANGLED = {"spin", "inertia", "inertia axes", "body size", "gyroscopic", "frame", "turning"}
+PAIRS = 2
 # Share of what is wrong in the first row that may be left by a mistake that explains it.
 UNSHOWN = 0.01
 # Two parts of the run that differ by a smaller factor are one.
@@ -154,7 +155,7 @@ class CausalSearch(Changes):
                 alternatives = () if before else begun[1:]
                 spun_up = () if before else self._spun_up()
                 pairs = () if before else self._pairs(begun[0])
-                others = chain(pairs, alternatives, self._same_before(begun[0], before), spun_up, others)
+                others = chain(alternatives, self._same_before(begun[0], before), spun_up, others, pairs)
                 pool = self._explored([*begun, *nearly[:KEPT], *self._known], others)
                 pool = self._swapped(pool, alike)
                 if not pool[0].is_whole or _is_free_translation(pool[0]):
@@ -198,15 +199,16 @@ class CausalSearch(Changes):
         return [program for program in named if fastest(program)["spin"] > least]
 
     def _pairs(self, mistakes: Mistakes) -> Iterator[Mistakes]:
-        """Yield programs with two more mistakes without values that help much together: alone, each may hide the other.
+        """Yield programs with two more mistakes of the rotation that help much together: each may hide the other.
 
         mistakes: those of the program that they are added to.
         """
-        taken = {STEPS, *(m.hypothesis.part for m in mistakes)}
+        parts = ENTANGLED - {m.hypothesis.part for m in mistakes}
+        more = self._proposals.with_one_more((), self._run(()), True, self._hopeless(()))
         ones = [
             one
-            for hypothesis, several in self._proposals.with_one_more((), self._run(()), True, self._hopeless(()))
-            if not hypothesis.fitted and hypothesis.part not in taken and len(several) <= MOST_CHOICES
+            for hypothesis, several in more
+            if hypothesis.part in parts and not hypothesis.fitted
             for (one,) in several
         ]
         both = [(one, other) for one, other in combinations(ones, 2) if one.hypothesis.part != other.hypothesis.part]
