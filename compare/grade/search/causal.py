@@ -46,9 +46,12 @@ AT_ONCE = OUTPUT_PARTS | {"start position", "start attitude"}
 FASTER = 3.0
 # Mistakes that are looked for in the first row, at most; and programs with one of them that are tried with another.
 AT_FIRST, PAIRED = 2, 12
-# Parts of the rotation: of their mistakes without values, which may hide each other, so many pairs are followed.
-ENTANGLED = {"spin", "inertia", "inertia axes", "body size", "gyroscopic", "frame", "turning"}
-PAIRS = 2
+# Parts of the rotation whose mistakes may hide each other; parts of what a program writes that may be as wrong as what
+# it reads.
+ENTANGLED = {"spin", "inertia", "inertia axes", "body size", "gyroscopic", "frame", "turning", "impulse", "lever"}
+CONVENTIONS = {"quaternion order", "conjugate", "axes", "body axes"}
+# Choices that each mistake of a pair may have at most, and one of what a program writes.
+CHOICES, MOST_CHOICES = 8, 48
 # Share of what is wrong in the first row that may be left by a mistake that explains it.
 UNSHOWN = 0.01
 # Two parts of the run that differ by a smaller factor are one.
@@ -150,12 +153,11 @@ class CausalSearch(Changes):
                 whole = min(self._fitted(known).weight for known in self._known)
                 nearly, half = ([c.mistakes for c in single if c.score < share * whole] for share in (NEARLY, HALF))
                 then = [c.mistakes for c in single[:SINGLE]]
-                others = filter(self._turns, dict.fromkeys((*half[:KEPT], *then)))
                 # What the first row shows may have several reasons, each of which explains little alone.
-                alternatives = () if before else begun[1:]
-                spun_up = () if before else self._spun_up()
+                first = () if before else chain(self._own_conventions(begun[0]), begun[1:], self._spun_up())
                 pairs = () if before else self._pairs(begun[0])
-                others = chain(alternatives, self._same_before(begun[0], before), spun_up, others, pairs)
+                others = chain(filter(self._turns, half[:KEPT]), pairs, filter(self._turns, then))
+                others = chain(first, self._same_before(begun[0], before), others)
                 pool = self._explored([*begun, *nearly[:KEPT], *self._known], others)
                 pool = self._swapped(pool, alike)
                 if not pool[0].is_whole or _is_free_translation(pool[0]):
@@ -198,28 +200,44 @@ class CausalSearch(Changes):
         named = [(Mistake(h),) for h in self._proposals.hypotheses if not (h.values or h.needs_steps)]
         return [program for program in named if fastest(program)["spin"] > least]
 
-    def _pairs(self, mistakes: Mistakes) -> Iterator[Mistakes]:
-        """Yield programs with two more mistakes of the rotation that help much together: each may hide the other.
+    def _own_conventions(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+        """Yield the best program that reads and writes attitudes by its own convention, if that explains most.
 
-        mistakes: those of the program that they are added to.
+        The first row does not show that.  mistakes: those of the program that these are added to.
         """
-        parts = ENTANGLED - {m.hypothesis.part for m in mistakes}
-        more = self._proposals.with_one_more((), self._run(()), True, self._hopeless(()))
-        ones = [
-            one
-            for hypothesis, several in more
-            if hypothesis.part in parts and not hypothesis.fitted
-            for (one,) in several
-        ]
-        both = [(one, other) for one, other in combinations(ones, 2) if one.hypothesis.part != other.hypothesis.part]
-        programs = [self._proposals.ordered((*mistakes, *added)) for added in (*((one,) for one in ones), *both)]
-        scores = self._screened(mistakes, programs, NO_SLOPES) if programs else np.empty(0)
-        alone = scores[: len(ones)].min(initial=np.inf)
-        best = len(ones) + np.argsort(scores[len(ones) :], kind="stable")
-        different = [
-            number for number, gain in zip(best, np.diff(scores[best], prepend=-np.inf), strict=True) if gain > SAME
-        ]
-        yield from (programs[number] for number in different[:PAIRS] if scores[number] < alone - MUCH)
+        both = product(self._plainly_wrong({"start attitude"}, CHOICES), self._plainly_wrong(CONVENTIONS, MOST_CHOICES))
+        programs = [self._proposals.ordered((*mistakes, *each)) for each in both]
+        until = self._until
+        self._look_at(float(self._sample.times[0]))
+        left = np.abs(self._simulations.errors(programs)).max(axis=(1, 2, 3)) if programs else np.empty(0)
+        self._begin(until)
+        likely = [program for program, wrong in zip(programs, left.tolist(), strict=True) if wrong <= RIGHT]
+        most = HALF * self._profiled([mistakes])[0]
+        yield from (each for each in self._nearest(likely, 1) if self._profiled([each])[0] < most)
+
+    def _pairs(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+        """Yield the best program with two more mistakes of the rotation, if they help much more together than alone.
+
+        Each may hide the other.  mistakes: those of the program that they are added to.
+        """
+        hopeless = self._hopeless(())
+        ones = [one for one in self._plainly_wrong(ENTANGLED, CHOICES) if one.hypothesis not in hopeless]
+        caps = [h for h in self._proposals.hypotheses if "spin" in h.limits and not h.needs_steps]
+        ones += [Mistake(cap, value) for cap in caps for value in self._reached[cap.limits]]
+        both = combinations(ones, 2)
+        wanted = [each for each in both if each[0].hypothesis.part != each[1].hypothesis.part]
+        programs = [self._proposals.ordered((*mistakes, *each)) for each in wanted]
+        alone = [self._proposals.ordered((*mistakes, one)) for one in ones]
+        scores = self._screened(mistakes, [*alone, *programs], NO_SLOPES)
+        least, scores = scores[: len(alone)].min(initial=np.inf), scores[len(alone) :]
+        if scores.min(initial=np.inf) < least - MUCH:
+            yield programs[int(scores.argmin())]
+
+    def _plainly_wrong(self, parts: Container[str], choices: int) -> list[Mistake]:
+        """Return the mistakes of some parts that have no values but those of a list of at most so many choices."""
+        known = (h for h in self._proposals.hypotheses if h.part in parts and not (h.fitted or h.from_data))
+        few = (h for h in known if len(h.values) <= choices and not h.needs_steps)
+        return [Mistake(h, value) for h in few for value in h.values or (0.0,)]
 
     def _explaining_first_row(self, mistakes: Mistakes) -> list[Mistakes]:
         """Return programs with one or two more mistakes that explain the first row; the same if it does, or none do."""

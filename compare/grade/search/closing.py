@@ -39,8 +39,9 @@ NEARLY = 1.5
 LARGER_IF_PLAIN = 3.0
 # Significant digits of a value that a person wrote, and the largest share of values that are as near to one by chance.
 FEW_DIGITS, CHANCE = range(1, PLAIN + 1), 0.03
-# Of damping in single precision: so many roundings of its factor in a step, and the largest share then.
-ROUNDINGS, CHANCE_IF_ROUNDED = 2.0, 0.1
+# Of damping in single precision: roundings of a velocity in a step, of half an eps each: of its factor and product, and
+# of the gyroscopic term; and the largest share then.
+ROUNDINGS, CHANCE_IF_ROUNDED = 6, 0.1
 # So many digits are written by most persons: more are only where they are no chance.
 WRITTEN = 2
 # Those that distinguish any two values.
@@ -344,7 +345,7 @@ def is_rounded(other: Explanation, best: Explanation) -> bool:
         plain, value, most = plainer[one.hypothesis.name], one.value, CHANCE
         if step_s and one.hypothesis.name in (LINEAR_DAMPING, ANGULAR_DAMPING):
             value = _rate_in(one, _form(plain), step_s)
-            if abs(value - plain.value) * step_s <= ROUNDINGS * np.finfo(np.float32).eps:
+            if abs(value - plain.value) * step_s <= ROUNDINGS / 2 * np.finfo(np.float32).eps:
                 most = CHANCE_IF_ROUNDED
         if _chance(value, plain.value, _digits_of(plain.value)) > most:
             return False
