@@ -1,0 +1,139 @@
+"""What a search tries together: mistakes that hide each other, steps with what writes rows between them, late rows."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from explained import evaluator_of
+from explanations import explanation, hypothesis
+from programs import Program, Simulation, read, write
+
+from tools.random_programs.dialect import Dialect
+from tools.random_programs.program import Program as Drawn
+from tools.random_programs.scene import read as drawn_scene
+from tools.random_programs.scheme import Reading, Scheme
+from tumble.compare.grade.hypotheses.explanation import Mistake, step_divides
+from tumble.compare.grade.hypotheses.names import LOG_LAG
+from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
+from tumble.compare.grade.search.causal import CausalSearch
+from tumble.compare.grade.search.closing import Closing
+from tumble.compare.grade.search.diagnosis import _is_padded
+from tumble.compare.grade.search.simulations import SearchStopped
+from tumble.scenarios.read import read_scene, scene_path
+
+RATE = 1 / 60
+
+
+def written(folder, scene, order="wxyz", turned=None, **program):
+    """Return the file of a program; turned: places of its start quaternion's numbers in the scene's."""
+    throw = read(scene_path(scene))
+    if turned:
+        throw = replace(throw, q=throw.q[turned])
+    rows = Simulation(throw, Program(**program)).rows()
+    return Path(write(folder / "program.csv", rows, throw.vertices, form="{:.7f}".format, order=order))
+
+
+def search_of(file, scene):
+    """Return a search of a file that looks at the first part of the run."""
+    search = CausalSearch(evaluator_of(file, read_scene(scene))[0])
+    search._begin(search._horizons()[0])
+    return search
+
+
+def names_of(programs):
+    return [{m.hypothesis.name for m in program} for program in programs]
+
+
+def drawn_file(folder, scene, **scheme):
+    """Return the file of a program that shares no code with Tumble's."""
+    throw = drawn_scene(scene_path(scene).read_text(), scene)
+    path = folder / "drawn.csv"
+    path.write_text(Dialect(digits=7).text(Drawn(Scheme(**scheme)).rows(throw)))
+    return path
+
+
+def test_two_mistakes_that_hide_each_other_are_tried_together(tmp_path):
+    """With other moments and no gyroscopic term: each of them alone explains hardly anything."""
+    wrong = {"inertia_axes": (2, 0, 1), "gyroscopic": "still in world"}
+    [pair] = names_of(search_of(written(tmp_path, "two-hits", until=1.5, **wrong), "two-hits")._pairs(()))
+    assert len(pair) == 2
+    assert not pair.isdisjoint({"inertia-axes-permuted", "edges-permuted"})
+    assert not pair.isdisjoint({"gyroscopic-term-missing", "gyroscopic-torque-multiplied"})
+
+
+@pytest.mark.parametrize("wrong", [{"gyroscopic": "still in world"}, {"inertia_axes": (2, 0, 1)}])
+def test_no_pair_is_tried_where_one_mistake_explains_as_much(tmp_path, wrong):
+    search = search_of(written(tmp_path, "two-hits", until=1.5, **wrong), "two-hits")
+    assert names_of(search._pairs(())) == []
+
+
+def test_an_own_order_of_the_quaternion_in_reading_and_writing_is_seen_though_the_first_row_is_right(tmp_path):
+    file = written(tmp_path, "two-hits", order="xyzw", turned=[3, 0, 1, 2], until=1.5)
+    expected = {"start-attitude-wxyz-read-as-xyzw", "quaternion-xyzw-read-as-wxyz"}
+    assert names_of(search_of(file, "two-hits")._own_conventions(())) == [expected]
+    assert names_of(search_of(written(tmp_path, "two-hits", until=1.5), "two-hits")._own_conventions(())) == []
+
+
+def test_single_mistakes_are_sought_where_the_right_program_begins_to_be_wrong(tmp_path):
+    """That is where the impulses act: long after it, errors have grown too large to show their reason."""
+    scene = read_scene("two-hits")
+    first = min(impulse.time for impulse in scene.impulses)
+    evaluator, _ = evaluator_of(written(tmp_path, "two-hits", until=1.5, lasts=0.03), scene)
+    search = CausalSearch(evaluator)
+    search.candidates(np.inf)
+    [until] = search._single
+    assert first < until < 1.5
+
+
+def test_rows_that_are_late_by_whole_intervals_are_tried_early_though_long_steps_hide_it(tmp_path, monkeypatch):
+    """Steps of 0.8 rad slow the spin, and rows seem later than they are."""
+    late = {"dt": RATE, "gyroscopic": "implicit, converged", "reading": Reading(late=1)}
+    search = search_of(drawn_file(tmp_path, "spin-fast", spacing=RATE, **late), "spin-fast")
+    explored = []
+
+    def seen(begun, then=()):
+        explored.append(list(begun))
+        raise SearchStopped
+
+    monkeypatch.setattr(search, "_explored", seen)
+    search.candidates(np.inf)
+    lags = [{m.hypothesis.name: m.value for m in program} for program in explored[0]]
+    assert lags[0] != {LOG_LAG: pytest.approx(RATE)}
+    assert lags[1] == {LOG_LAG: pytest.approx(RATE)}
+
+
+@pytest.mark.parametrize(("spacing_s", "is_written"), [(RATE, True), (0.02, False)])
+def test_a_step_that_ends_between_rows_is_given_what_writes_rows_there(tmp_path, spacing_s, is_written):
+    between = {"spacing": spacing_s, "reading": Reading(between="arcs")}
+    file = drawn_file(tmp_path, "two-hits", dt=0.01, gyroscopic="explicit", **between)
+    evaluator, _ = evaluator_of(file, read_scene("two-hits"))
+    search = CausalSearch(evaluator)
+    step = Mistake(search.proposals.schemes.step(Step("explicit", "exponential")), 0.01)
+    best = Closing(evaluator, search)._written_between_ticks(evaluator.explain((step,)))
+    assert [m.value for m in best.mistakes if m.hypothesis.part == "clock tick"] == [0.01] * is_written
+    assert step in best.mistakes
+
+
+@pytest.mark.parametrize(
+    ("step", "values", "divides"),
+    [
+        (0.01, {}, False),
+        (RATE / 4, {}, True),
+        (2 * RATE, {}, False),
+        (0.01, {"clock tick": 0.02}, True),
+        (0.01, {"clock rate": 1.1}, True),
+        (None, {}, True),
+    ],
+)
+def test_a_step_divides_its_tick_or_an_interval_of_rows(step, values, divides):
+    values = values | ({} if step is None else {"steps": step})
+    mistakes = tuple(Mistake(replace(hypothesis(part), part=part), value) for part, value in values.items())
+    assert step_divides(mistakes, RATE) is divides
+
+
+@pytest.mark.parametrize(("spacing_s", "is_padded"), [(RATE, False), (0.02, True)])
+def test_what_writes_rows_between_ticks_is_needed_where_no_step_ends_at_a_row(spacing_s, is_padded):
+    step, tick = (Mistake(replace(hypothesis(part), part=part), 0.01) for part in ("steps", "clock tick"))
+    without, best = (replace(explanation("a", 1.0, nothing=True), mistakes=each) for each in ((step,), (step, tick)))
+    assert _is_padded(best, [without, best], spacing_s) is is_padded
