@@ -573,7 +573,9 @@ class CausalSearch(Changes):
             turned = [c for c in pool[:KEPT] if c.is_enough]  # only the translation is to be explained
             begun = [tuple(m for m in c.mistakes if not _frees_translation(m)) for c in turned or pool[:KEPT]]
             if turned:
-                named = self._explored([*begun, *self._joined(begun, single)], single)
+                # What explained the translation of fewer rows may be wrong.
+                anew = [tuple(filter(self._acts_on_rotation, each)) for each in begun[:1]]
+                named = self._explored([*begun, *self._joined(begun, single)], [*anew, *single])
             else:
                 named = self._explored([*begun, *single, *self._known], most_dives=1)
             return sorted((*pool, *named), key=lambda c: c.weight)

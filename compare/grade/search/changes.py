@@ -98,7 +98,10 @@ class Changes(Parts):
 
     def _turns(self, mistakes: Mistakes) -> bool:
         """Return whether some of the mistakes act on the rotation, as far as that is known."""
-        return any(m.hypothesis not in self._effects or self._effects[m.hypothesis].acts[1] for m in mistakes)
+        return any(map(self._acts_on_rotation, mistakes))
+
+    def _acts_on_rotation(self, mistake: Mistake) -> bool:
+        return mistake.hypothesis not in self._effects or bool(self._effects[mistake.hypothesis].acts[1])
 
     @cached_property
     def _effects(self) -> dict[Hypothesis, Effects]:
