@@ -13,6 +13,7 @@ from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
 from tumble.compare.grade.hypotheses.explanation import NEARLY_RIGHT, WHOLE, Explanation, step_divides
 from tumble.compare.grade.hypotheses.hypothesis import Context
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
+from tumble.compare.grade.hypotheses.names import EXTRAPOLATED_ROWS, INTERPOLATED_ROWS
 from tumble.compare.grade.measure.conserved import fitted_pose
 from tumble.compare.grade.measure.errors import Measured, SampledRows, measure, size_of
 from tumble.compare.grade.measure.observations import observations
@@ -87,6 +88,8 @@ RIGHT_IF_ONE, RIGHT_IF_SEVERAL = 0.97, 0.94
 # most mistakes that are called an explanation even so, or before all others were tried, or if one of them explains
 # almost any error and noise is left.
 MUCH_BY_SINGLE, VERY_MUCH_BY_SINGLE, MOST_IF_OPEN = 10.0, 1e4, 2
+# What a program writes between ticks, of which no digits show single precision.
+BETWEEN_TICKS = {INTERPOLATED_ROWS, EXTRAPOLATED_ROWS}
 
 # Processor time after which a search stops [s], and that of the shortest one on a slow machine.
 SEARCH_S, SHORTEST_S = 2.0, 1.0
@@ -226,12 +229,13 @@ class Grade:
 
         It is if single precision, which the digits do not show, has to explain very much of what the mistakes leave, or
         much of it and a fitted value is none that a person writes; and if not all others were tried in the time, unless
-        no such value was fitted, or one, and the mistakes leave only what the digits do, or noise.
+        no such value was fitted, or one, and the mistakes leave only what the digits do, or noise.  Digits of rows
+        between ticks never show it: there, any explanation by values that a person writes may leave very much.
         """
         if self.diagnosis is None or self.diagnosis.engines or len(self.diagnosis.best.mistakes) <= MOST_IF_OPEN:
             return False
         best, fitted = self.diagnosis.best, self.diagnosis.best.odd_values
-        most = MUCH_BY_SINGLE if fitted else VERY_MUCH_BY_SINGLE
+        most = MUCH_BY_SINGLE if fitted else VERY_MUCH_BY_SINGLE if BETWEEN_TICKS.isdisjoint(best.names) else np.inf
         by_single = best.within_floor and best.in_digits > most and not self.measured.single
         leaves_nothing = best.is_noise or best.in_digits <= EXPLAINED
         return by_single or (self.diagnosis.stopped_s > 0 and fitted > leaves_nothing)

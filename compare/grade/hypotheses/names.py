@@ -6,6 +6,7 @@ A name is lower-case words joined by hyphens.  It is an identifier for scripts a
 BODY_NEVER_MOVES = "body-never-moves"
 CLOCK_OFFSET, CLOCK_RATE, LOG_LAG = "clock-offset", "clock-rate", "log-lag"
 EXPLICIT_EULER = "explicit-euler"
+EXTRAPOLATED_ROWS, INTERPOLATED_ROWS = "extrapolated-rows", "interpolated-rows"
 GRAVITY_DELAYED = "gravity-delayed"
 GYROSCOPIC_TERM_MISSING = "gyroscopic-term-missing"
 IMPULSE_OVER_ONE_STEP = "impulse-as-force-over-one-step"

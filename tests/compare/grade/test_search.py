@@ -420,10 +420,12 @@ def test_what_leaves_as_much_as_before_is_no_explanation(left, in_common, expect
 def test_several_mistakes_that_leave_very_much_to_single_precision_are_no_whole_explanation(
     names, in_digits, single, expected
 ):
-    """Unless the digits show that it is there."""
+    """Unless the digits show that it is there, or cannot: those of rows between ticks never do."""
     null = explanation("", 1e6, in_common=1e6)
     best = replace(explanation(names, 100.0, nothing=True, in_common=100.0), weight=-1e9, in_digits=in_digits)
     assert verdict(null, best, single=single) == expected
+    between = replace(best, mistakes=(*best.mistakes[1:], Mistake(hypothesis("interpolated-rows"))))
+    assert verdict(null, between, single=single) == EXPLAINED_WHOLLY
 
 
 def test_what_is_found_is_compared_and_simplified_before_all_time_is_used(tmp_path, monkeypatch):

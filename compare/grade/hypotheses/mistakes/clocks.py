@@ -7,7 +7,14 @@ from itertools import product
 import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import NEAR, TICKS, Context, Hypothesis, grid
-from tumble.compare.grade.hypotheses.names import BODY_NEVER_MOVES, CLOCK_OFFSET, CLOCK_RATE, LOG_LAG
+from tumble.compare.grade.hypotheses.names import (
+    BODY_NEVER_MOVES,
+    CLOCK_OFFSET,
+    CLOCK_RATE,
+    EXTRAPOLATED_ROWS,
+    INTERPOLATED_ROWS,
+    LOG_LAG,
+)
 from tumble.compare.grade.model.kernel.reading import EXTRAPOLATED, LINEAR, SLERP
 from tumble.compare.grade.model.program_model import ProgramModel
 
@@ -125,7 +132,7 @@ def _ticks(context: Context) -> Iterator[Hypothesis]:
     ]
     kinds += [
         (
-            "interpolated-rows",
+            INTERPOLATED_ROWS,
             f"physics moves in whole steps of {{}} s{delay}, and rows between two are interpolated{how}",
             {"lag": lag, "interpolation": interpolation},
             0.0,
@@ -133,7 +140,7 @@ def _ticks(context: Context) -> Iterator[Hypothesis]:
         for (lag, delay), (interpolation, how) in product(BEHIND.items(), BETWEEN.items())
     ]
     text = "physics moves in whole steps of {} s, and rows between two are moved on at the velocities of the first"
-    kinds.append(("extrapolated-rows", text, {"interpolation": EXTRAPOLATED}, UNUSUAL))
+    kinds.append((EXTRAPOLATED_ROWS, text, {"interpolation": EXTRAPOLATED}, UNUSUAL))
     for name, text, changes, unlikely in kinds:
         yield Hypothesis(
             name,
