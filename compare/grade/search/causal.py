@@ -397,6 +397,9 @@ class CausalSearch(Changes):
         others = [program for _, program in self._proposals.with_others(mistakes, run)]
         without = [tuple(m for m in mistakes if m is not one) for one in _apart_from_steps(mistakes)]
         others += [program for fewer in without for program in self._proposals.with_details(fewer)]
+        # What explains a part of anything may stand for another detail.
+        named = [tuple(m for m in mistakes if m is not one) for one in mistakes if one.hypothesis.vague]
+        others += [program for fewer in named for _, program in self._proposals.with_others(fewer, run)]
         # Where damping is in a step has an effect like that of a longer or a shorter one.
         placed = self._proposals.damped_anywhere(mistakes)
         steps = [program for each in placed for program in self._proposals.with_other_steps(each)]

@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from explained import evaluator_of
-from explanations import explanation, hypothesis
+from explanations import explanation, hypothesis, mistakes_of
 from programs import Program, Simulation, read, write
 
 from tools.random_programs.dialect import Dialect
@@ -16,7 +17,8 @@ from tools.random_programs.scheme import Reading, Scheme
 from tumble.compare.grade.hypotheses.explanation import Mistake, step_divides
 from tumble.compare.grade.hypotheses.names import LOG_LAG
 from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
-from tumble.compare.grade.search.causal import CausalSearch
+from tumble.compare.grade.search.causal import Candidate, CausalSearch
+from tumble.compare.grade.search.changes import Effects
 from tumble.compare.grade.search.closing import Closing
 from tumble.compare.grade.search.diagnosis import _is_padded
 from tumble.compare.grade.search.simulations import SearchStopped
@@ -137,3 +139,28 @@ def test_what_writes_rows_between_ticks_is_needed_where_no_step_ends_at_a_row(sp
     step, tick = (Mistake(replace(hypothesis(part), part=part), 0.01) for part in ("steps", "clock tick"))
     without, best = (replace(explanation("a", 1.0, nothing=True), mistakes=each) for each in ((step,), (step, tick)))
     assert _is_padded(best, [without, best], spacing_s) is is_padded
+
+
+def test_what_moves_the_centre_alone_is_sought_anew_once_the_rotation_is_explained():
+    """It explained fewer rows: gravity that is missing there may begin later."""
+    search, tried = CausalSearch.__new__(CausalSearch), []
+    centre, rotation = mistakes_of("ab")
+    acts = {centre: (True, False), rotation: (True, True)}
+    search._effects = {m.hypothesis: Effects(np.array(each), np.array((False, False))) for m, each in acts.items()}
+    search._fit = SimpleNamespace(is_free=True)
+    search._explored = lambda begun, then: tried.append((list(begun), list(then))) or []
+    search._named([Candidate((centre, rotation), 1.0, 1.0, True, 1.0, is_enough=True)], [])
+    assert tried == [([(centre, rotation)], [(rotation,)])]
+
+
+def test_what_explains_a_part_of_anything_is_no_longer_there_when_a_detail_changes():
+    search = CausalSearch.__new__(CausalSearch)
+    nothing = {name: lambda mistakes: [] for name in ("with_details", "with_other_steps", "with_same_step")}
+    changed = {
+        "with_others": lambda mistakes, run: [("other", mistakes)],
+        "damped_anywhere": lambda mistakes: [mistakes],
+    }
+    search._proposals, search._run = SimpleNamespace(**nothing, **changed), lambda mistakes: None
+    vague, (named,) = Mistake(replace(hypothesis("v"), vague=True)), mistakes_of("b")
+    assert next(search._one_changed((vague, named))) == [(vague, named), (named,)]
+    assert next(search._one_changed((named, named))) == [(named, named)]
