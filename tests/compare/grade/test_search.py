@@ -303,7 +303,7 @@ def test_a_mistake_with_a_name_is_told_if_single_precision_explains_what_a_vague
 
 def test_fitted_values_of_others_are_no_reason_to_prefer_them_to_plain_ones():
     closing, plain = Closing.__new__(Closing), replace(FITTED, weight=7.0)
-    closing._without_mistakes = closing._without_details = lambda best: best
+    closing._without_mistakes = closing._without_details = closing._written_between_ticks = lambda best: best
     closing._plain = lambda best: plain
     assert closing.simplified(replace(FITTED, weight=9.0)).plain_cost == 0.0
     best, other = closing.simplified(replace(FITTED, weight=5.0)), replace(FITTED, weight=6.0)
