@@ -235,7 +235,13 @@ class Grade:
         if self.diagnosis is None or self.diagnosis.engines or len(self.diagnosis.best.mistakes) <= MOST_IF_OPEN:
             return False
         best, fitted = self.diagnosis.best, self.diagnosis.best.odd_values
-        most = MUCH_BY_SINGLE if fitted else VERY_MUCH_BY_SINGLE if BETWEEN_TICKS.isdisjoint(best.names) else np.inf
+        most = (
+            MUCH_BY_SINGLE
+            if fitted
+            else np.inf
+            if _is_between_ticks(best, self.measured.spacing_s)
+            else VERY_MUCH_BY_SINGLE
+        )
         by_single = best.within_floor and best.in_digits > most and not self.measured.single
         leaves_nothing = best.is_noise or best.in_digits <= EXPLAINED
         return by_single or (self.diagnosis.stopped_s > 0 and fitted > leaves_nothing)
@@ -402,6 +408,12 @@ def _leaves(diagnosis: Diagnosis, share: float) -> bool:
     """
     best, null = diagnosis.best, diagnosis.null
     return best.weighted_rms_m <= share * null.weighted_rms_m and best.rms_m <= share * null.rms_m
+
+
+def _is_between_ticks(explanation: Explanation, spacing_s: float) -> bool:
+    """Return whether most rows, spacing_s apart, are made up of two ticks: these are no numbers of single precision."""
+    ticks = [m.value / spacing_s for m in explanation.mistakes if m.hypothesis.name in BETWEEN_TICKS]
+    return any(abs(rows - round(rows)) > WHOLE * rows for rows in ticks)
 
 
 def compared(measured: Measured, context: Context) -> tuple[SampledRows, ResidualScale, bool]:

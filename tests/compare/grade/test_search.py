@@ -326,7 +326,7 @@ def test_plain_values_are_firm_though_single_precision_explains_much(value, is_o
     best = replace(explanation("ab", 1.0, nothing=True), in_digits=50.0)
     best = replace(best, mistakes=(*best.mistakes, Mistake(rate, value)))
     found = SimpleNamespace(engines=(), best=best, stopped_s=0.0)
-    grade_of_it = SimpleNamespace(diagnosis=found, measured=SimpleNamespace(single=False))
+    grade_of_it = SimpleNamespace(diagnosis=found, measured=SimpleNamespace(single=False, spacing_s=1.0))
     assert cast(Any, Grade.is_open).fget(grade_of_it) is is_open
 
 
@@ -424,8 +424,9 @@ def test_several_mistakes_that_leave_very_much_to_single_precision_are_no_whole_
     null = explanation("", 1e6, in_common=1e6)
     best = replace(explanation(names, 100.0, nothing=True, in_common=100.0), weight=-1e9, in_digits=in_digits)
     assert verdict(null, best, single=single) == expected
-    between = replace(best, mistakes=(*best.mistakes[1:], Mistake(hypothesis("interpolated-rows"))))
-    assert verdict(null, between, single=single) == EXPLAINED_WHOLLY
+    for rows, told in ((1.5, EXPLAINED_WHOLLY), (4.0, expected)):  # one row of four is at a tick
+        between = replace(best, mistakes=(*best.mistakes[1:], Mistake(hypothesis("interpolated-rows"), rows)))
+        assert verdict(null, between, single=single) == told
 
 
 def test_what_is_found_is_compared_and_simplified_before_all_time_is_used(tmp_path, monkeypatch):
