@@ -14,7 +14,7 @@ from tools.random_programs.dialect import Dialect
 from tools.random_programs.mistakes import KINDS
 from tools.random_programs.names import BACK, MISTAKES, SCHEME, STEPS, names
 from tools.random_programs.program import Case, Planted, Program, truth_of
-from tools.random_programs.scene import Impulse, box_inertia, corners
+from tools.random_programs.scene import Impulse, Tether, box_inertia, corners
 from tools.random_programs.scheme import Damping, Reading, Scheme
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -70,6 +70,25 @@ MAGNUS = planted("Magnus force", by=0.1)
 )
 def test_answers_to_a_mistake_with_a_name(answer, right):
     assert assessed(DOUBLED, answer) == (score.NAMED, right)
+
+
+def of_tether(part, factor):
+    return Claim(f"tether-{part}-wrong-magnitude", {"factor": factor})
+
+
+@pytest.mark.parametrize(
+    ("damping", "claims", "right"),
+    [
+        (2.0, [of_tether("stiffness", "1.25"), of_tether("damping", "1.25")], score.RIGHT),
+        (2.0, [of_tether("stiffness", "1.25"), of_tether("damping", "0.8")], score.EXTRAS),
+        (2.0, [of_tether("stiffness", "0.8")], score.WRONG),
+        (0.0, [of_tether("stiffness", "1.25")], score.RIGHT),
+    ],
+)
+def test_all_of_a_tethers_force_is_that_of_its_spring_and_of_its_damper(damping, claims, right):
+    hung = replace(HIT_BRICK, tethers=(Tether(0, np.array((0.5, 1.5, 0.0)), 40.0, damping, 0.0),))
+    wrong = planted("tether of another stiffness", factor=1.25)
+    assert assessed(wrong, said(FIRM, claims), hung) == (score.NAMED, right)
 
 
 @pytest.mark.parametrize(

@@ -135,6 +135,11 @@ MISTAKES: dict[str, tuple[Name, ...]] = {
     "drag missing": (Name("drag-missing"),),
     "drag's torque missing": (Name("angular-drag-missing"),),
     "tether pulls at the centre": (Name("tether-torque-missing"),),
+    # All of its force is another one: of the spring and of the damper, each of which has a name.
+    "tether of another stiffness": (
+        Name("tether-stiffness-wrong-magnitude", of("factor")),
+        Name("tether-damping-wrong-magnitude", of("factor")),
+    ),
     "inertia of a sphere": (Name("spherical-inertia"),),
     "inertia of permuted axes": (Name("inertia-axes-permuted"), same("edges-permuted")),
     "inverse for inertia": (Name("inertia-inverted"),),
