@@ -11,13 +11,17 @@ in whose place an `Execution` may have another one, of many machines (`cluster/`
 """
 
 import logging
+import math
 import os
 import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import islice
+from statistics import fmean
+from time import monotonic
 from typing import Any, Generic, TypeVar, get_type_hints
 
 from tumble.compare.run.digest import NoValue, digest
@@ -68,6 +72,43 @@ class Task(Generic[Result]):
     def kind(self) -> Any:
         """The type of the result, as the function states it."""
         return get_type_hints(self.ask.func if isinstance(self.ask, partial) else self.ask)["return"]
+
+
+class Queue(Generic[Result]):
+    """The tasks of all engines, one at a time of each: next is that of the engine with most left to do.
+
+    How long an engine's tasks take is known from those that it has done; before, it may be any time.
+    """
+
+    def __init__(self, tasks: Iterable[Task[Result]]) -> None:
+        self._left: dict[RunningEngine, deque[Task[Result]]] = {}
+        self._times_s: dict[RunningEngine, list[float]] = {}
+        self._begun: dict[RunningEngine, float] = {}
+        self._lock = threading.Lock()
+        for task in tasks:
+            self._left.setdefault(task.running_engine, deque()).append(task)
+
+    def next(self) -> Task[Result] | None:
+        """Return a task of an engine that does none; None if no such engine has any left."""
+        with self._lock:
+            idle = [engine for engine, left in self._left.items() if left and engine not in self._begun]
+            if not idle:
+                return None
+            # The engine with most tasks is what the others are waited for with at the end.
+            engine = max(idle, key=lambda each: (self._left_s(each), len(self._left[each])))
+            self._begun[engine] = monotonic()
+            return self._left[engine].popleft()
+
+    def done(self, task: Task[Result]) -> None:
+        """Take note that a task is done, and how long it took."""
+        with self._lock:
+            begun = self._begun.pop(task.running_engine)
+            self._times_s.setdefault(task.running_engine, []).append(monotonic() - begun)
+
+    def _left_s(self, engine: RunningEngine) -> float:
+        """Return how long an engine's tasks may still take [s]."""
+        times_s = self._times_s.get(engine)
+        return fmean(times_s) * len(self._left[engine]) if times_s else math.inf
 
 
 def run(
@@ -133,34 +174,32 @@ def work(
     finished: Callable[[Task[Result], Result], object] = lambda task, result: None,
 ) -> list[Result]:
     """Return the results of all tasks, run in this process; as `run`, but finished is called with the task."""
-    own: dict[RunningEngine, list[Task[Result]]] = {}
-    results: dict[Task[Result], Result] = {}
+    engines = list(dict.fromkeys(task.running_engine for task in tasks))
+    queue, results = Queue(tasks), dict[Task[Result], Result]()
     one_at_a_time = threading.Lock()
-    for task in tasks:
-        own.setdefault(task.running_engine, []).append(task)
 
-    def work_through(mine: Sequence[Task[Result]]) -> None:
-        for task in mine:
+    def take_turns() -> None:
+        while (task := queue.next()) is not None:
             result = task.ask(task.running_engine)
             with one_at_a_time:
                 # A flight that ended because its process was killed is no answer.
                 task.running_engine.refuse_halted()
                 results[task] = result
                 finished(task, result)
+            queue.done(task)
 
-    for running_engine in own:
+    for running_engine in engines:
         running_engine.resume()
     futures: list[Future] = []
-    with ThreadPoolExecutor(max(1, min(len(own), os.cpu_count() or 1))) as threads:
+    with ThreadPoolExecutor(max(1, min(len(engines), os.cpu_count() or 1))) as threads:
         try:
-            # The engine with most tasks is what the others are waited for with at the end, so it begins.
-            futures += [threads.submit(work_through, mine) for mine in sorted(own.values(), key=len, reverse=True)]
+            futures += [threads.submit(take_turns) for _ in range(min(len(engines), os.cpu_count() or 1))]
             for future in wait([*futures, *(truths.begun if truths else ())], return_when=FIRST_EXCEPTION).done:
                 future.result()
         except BaseException:
             for future in futures:
                 future.cancel()
-            for running_engine in own:
+            for running_engine in engines:
                 running_engine.halt()
             if truths:
                 truths.stop()

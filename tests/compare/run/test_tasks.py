@@ -12,19 +12,21 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
 from patience import PATIENCE_S, until
 
 from tumble.compare.judge.errors import RunAnswer
+from tumble.compare.run import tasks as tasks_module
 from tumble.compare.run.execution import FOLDER, Execution, Incomplete, Shard, executing, resumable
 from tumble.compare.run.flight import Trajectory
 from tumble.compare.run.process.callers import Callers
 from tumble.compare.run.process.process import Died
 from tumble.compare.run.running_engines import Halted, RunningEngine, launched
 from tumble.compare.run.task_cache import TaskCache
-from tumble.compare.run.tasks import WINDOW, Task, run, stream
+from tumble.compare.run.tasks import WINDOW, Queue, Task, run, stream
 from tumble.compare.run.truths import Truths
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.scene import Scene
@@ -87,6 +89,30 @@ asked: list[int] = []
 def ask(able: RunningEngine, number: int) -> int:
     asked.append(number)
     return number
+
+
+def test_the_engine_with_most_left_to_do_is_next(monkeypatch):
+    """Before its first task is done it may have any; it does one at a time."""
+    now = [0.0]
+    monkeypatch.setattr(tasks_module, "monotonic", lambda: now[0])
+    engines = {name: cast(RunningEngine, object()) for name in "abc"}
+    queue = Queue([Task((name,), engines[name], lambda able: None) for name in "abbbcc"])
+
+    def following() -> Task:
+        task = queue.next()
+        assert task is not None
+        return task
+
+    first, second = following(), following()
+    assert [first.key, second.key] == [("b",), ("c",)]
+    now[0] = 1.0
+    queue.done(first)
+    assert following().key == ("a",), "not known yet"
+    now[0] = 3.0
+    queue.done(second)
+    assert following().key == ("c",), "3 s, of b two tasks of 1 s"
+    assert following().key == ("b",)
+    assert queue.next() is None, "what is left is of one that is at work"
 
 
 def test_a_stream_of_tasks_holds_only_some_of_them(tmp_path):
