@@ -78,14 +78,18 @@ def test_an_own_order_of_the_quaternion_in_reading_and_writing_is_seen_though_th
 
 
 def test_single_mistakes_are_sought_where_the_right_program_begins_to_be_wrong(tmp_path):
-    """That is where the impulses act: long after it, errors have grown too large to show their reason."""
-    scene = read_scene("two-hits")
-    first = min(impulse.time for impulse in scene.impulses)
-    evaluator, _ = evaluator_of(written(tmp_path, "two-hits", until=1.5, lasts=0.03), scene)
+    """That is where an impulse acts: long after it, errors have grown too large to show their reason."""
+    scene, throw = read_scene("two-hits"), read(scene_path("two-hits"))
+    hit = max(scene.impulses, key=lambda impulse: impulse.time)
+    late = [each for each in throw.impulses if each.get("time") == hit.time]
+    rows = Simulation(replace(throw, impulses=late), Program(until=2.0, lasts=0.03)).rows()
+    file = write(tmp_path / "late.csv", rows, throw.vertices, form="{:.7f}".format)
+    evaluator, _ = evaluator_of(file, replace(scene, impulses=(hit,)))
     search = CausalSearch(evaluator)
     search.candidates(np.inf)
     [until] = search._single
-    assert first < until < 1.5
+    assert hit.time < until < 1.5 * hit.time < 2.0
+    assert until not in search._horizons()
 
 
 def test_rows_that_are_late_by_whole_intervals_are_tried_early_though_long_steps_hide_it(tmp_path, monkeypatch):
@@ -123,6 +127,7 @@ def test_a_step_that_ends_between_rows_is_given_what_writes_rows_there(tmp_path,
         (0.01, {}, False),
         (RATE / 4, {}, True),
         (2 * RATE, {}, False),
+        (100 * RATE, {}, False),
         (0.01, {"clock tick": 0.02}, True),
         (0.01, {"clock rate": 1.1}, True),
         (None, {}, True),
