@@ -80,9 +80,9 @@ def test_an_own_order_of_the_quaternion_in_reading_and_writing_is_seen_though_th
 def test_single_mistakes_are_sought_where_the_right_program_begins_to_be_wrong(tmp_path):
     """That is where an impulse acts: long after it, errors have grown too large to show their reason."""
     scene, throw = read_scene("two-hits"), read(scene_path("two-hits"))
-    hit = max(scene.impulses, key=lambda impulse: impulse.time)
-    late = [each for each in throw.impulses if each.get("time") == hit.time]
-    rows = Simulation(replace(throw, impulses=late), Program(until=2.0, lasts=0.03)).rows()
+    hit = replace(scene.impulses[-1], time=0.5)
+    late = {**throw.impulses[-1], "time": 0.5}
+    rows = Simulation(replace(throw, impulses=[late]), Program(until=2.0, lasts=0.03)).rows()
     file = write(tmp_path / "late.csv", rows, throw.vertices, form="{:.7f}".format)
     evaluator, _ = evaluator_of(file, replace(scene, impulses=(hit,)))
     search = CausalSearch(evaluator)
