@@ -13,7 +13,7 @@ from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
 from tumble.compare.grade.hypotheses.explanation import NEARLY_RIGHT, WHOLE, Explanation, step_divides
 from tumble.compare.grade.hypotheses.hypothesis import Context
 from tumble.compare.grade.hypotheses.mistakes import hypotheses
-from tumble.compare.grade.hypotheses.names import EXTRAPOLATED_ROWS, INTERPOLATED_ROWS
+from tumble.compare.grade.hypotheses.names import BETWEEN_TICKS
 from tumble.compare.grade.measure.conserved import fitted_pose
 from tumble.compare.grade.measure.errors import Measured, SampledRows, measure, size_of
 from tumble.compare.grade.measure.observations import observations
@@ -88,8 +88,6 @@ RIGHT_IF_ONE, RIGHT_IF_SEVERAL = 0.97, 0.94
 # most mistakes that are called an explanation even so, or before all others were tried, or if one of them explains
 # almost any error and noise is left.
 MUCH_BY_SINGLE, VERY_MUCH_BY_SINGLE, MOST_IF_OPEN = 10.0, 1e4, 2
-# What a program writes between ticks, of which no digits show single precision.
-BETWEEN_TICKS = {INTERPOLATED_ROWS, EXTRAPOLATED_ROWS}
 
 # Processor time after which a search stops [s], and that of the shortest one on a slow machine.
 SEARCH_S, SHORTEST_S = 2.0, 1.0

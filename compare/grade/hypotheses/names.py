@@ -17,6 +17,8 @@ SPIN_CAP = "spin-cap"
 SPIN_RECOVERED = "spin-from-attitude-difference"
 SYMPLECTIC_EULER = "symplectic-euler"
 VELOCITY_IN_BODY_AXES = "velocity-in-body-axes"
+# What is written between ticks, of which no digits show single precision.
+BETWEEN_TICKS = {INTERPOLATED_ROWS, EXTRAPOLATED_ROWS}
 
 # Name in format 2 -> name in format 3; other names are the same in both.
 RENAMED_MISTAKES = {

@@ -19,35 +19,40 @@ def with_detail(name, part, word, rms_m):
 ALONE, PAIR = explanation("a", 1.0), explanation("ab", 1.0)
 
 
+def is_padded(one, others):
+    """Return whether an explanation is padded, of rows every second."""
+    return _is_padded(one, others, 1.0)
+
+
 def test_a_second_mistake_that_helps_little_is_padding():
-    assert _is_padded(explanation("ab", 1.01 / MUCH_HELP), [ALONE])
-    assert not _is_padded(explanation("ab", 0.99 / MUCH_HELP), [ALONE])
+    assert is_padded(explanation("ab", 1.01 / MUCH_HELP), [ALONE])
+    assert not is_padded(explanation("ab", 0.99 / MUCH_HELP), [ALONE])
 
 
 def test_what_only_a_larger_floor_of_its_own_explains_is_padding():
-    assert _is_padded(explanation("ab", 0.5 / MUCH_HELP, in_common=1.01 / MUCH_HELP), [ALONE])
-    assert not _is_padded(explanation("ab", 0.5 / MUCH_HELP, in_common=0.99 / MUCH_HELP), [ALONE])
+    assert is_padded(explanation("ab", 0.5 / MUCH_HELP, in_common=1.01 / MUCH_HELP), [ALONE])
+    assert not is_padded(explanation("ab", 0.5 / MUCH_HELP, in_common=0.99 / MUCH_HELP), [ALONE])
 
 
 def test_one_that_leaves_nothing_needs_to_help_less():
-    assert not _is_padded(explanation("ab", 0.99 / LEAST_HELP, nothing=True), [ALONE])
-    assert _is_padded(explanation("ab", 1.01 / LEAST_HELP, nothing=True), [ALONE])
-    assert _is_padded(explanation("ab", 1e-9, nothing=True), [explanation("a", 1e-6, nothing=True)])
+    assert not is_padded(explanation("ab", 0.99 / LEAST_HELP, nothing=True), [ALONE])
+    assert is_padded(explanation("ab", 1.01 / LEAST_HELP, nothing=True), [ALONE])
+    assert is_padded(explanation("ab", 1e-9, nothing=True), [explanation("a", 1e-6, nothing=True)])
 
 
 @pytest.mark.parametrize(("left", "without", "is_padded"), [(0.5, 7.5, False), (3.0, 7.5, True), (0.1, 1.9, True)])
 def test_a_scheme_is_no_padding_where_much_is_left_without_it(left, without, is_padded):
     """Single precision would explain that too; but of what it explains in any program, less says nothing."""
     pair, alone = explanation("ab", left, nothing=True), explanation("a", without, nothing=True)
-    assert _is_padded(pair, [alone]) is is_padded
+    assert is_padded(pair, [alone]) is is_padded
     rate = Mistake(Hypothesis("rate", "rate", "{}", lambda program, _: program, (0.1, 1.0)), 0.5)
     fitted = replace(pair, mistakes=(*alone.mistakes, rate))
-    assert _is_padded(fitted, [alone]), "any value may be fitted to what single precision leaves"
+    assert is_padded(fitted, [alone]), "any value may be fitted to what single precision leaves"
 
 
 def test_only_some_of_its_own_mistakes_make_it_padding():
-    assert not _is_padded(PAIR, [explanation("c", 0.1), explanation("abc", 0.1), PAIR])
-    assert _is_padded(ALONE, [explanation("", 1.0)])
+    assert not is_padded(PAIR, [explanation("c", 0.1), explanation("abc", 0.1), PAIR])
+    assert is_padded(ALONE, [explanation("", 1.0)])
 
 
 def test_of_explanations_with_the_same_names_the_first_is_told():
