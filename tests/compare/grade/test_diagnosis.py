@@ -40,11 +40,11 @@ def test_one_that_leaves_nothing_needs_to_help_less():
     assert is_padded(explanation("ab", 1e-9, nothing=True), [explanation("a", 1e-6, nothing=True)])
 
 
-@pytest.mark.parametrize(("left", "without", "is_padded"), [(0.5, 7.5, False), (3.0, 7.5, True), (0.1, 1.9, True)])
-def test_a_scheme_is_no_padding_where_much_is_left_without_it(left, without, is_padded):
+@pytest.mark.parametrize(("left", "without", "padded"), [(0.5, 7.5, False), (3.0, 7.5, True), (0.1, 1.9, True)])
+def test_a_scheme_is_no_padding_where_much_is_left_without_it(left, without, padded):
     """Single precision would explain that too; but of what it explains in any program, less says nothing."""
     pair, alone = explanation("ab", left, nothing=True), explanation("a", without, nothing=True)
-    assert is_padded(pair, [alone]) is is_padded
+    assert is_padded(pair, [alone]) is padded
     rate = Mistake(Hypothesis("rate", "rate", "{}", lambda program, _: program, (0.1, 1.0)), 0.5)
     fitted = replace(pair, mistakes=(*alone.mistakes, rate))
     assert is_padded(fitted, [alone]), "any value may be fitted to what single precision leaves"
