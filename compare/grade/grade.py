@@ -233,14 +233,9 @@ class Grade:
         if self.diagnosis is None or self.diagnosis.engines or len(self.diagnosis.best.mistakes) <= MOST_IF_OPEN:
             return False
         best, fitted = self.diagnosis.best, self.diagnosis.best.odd_values
-        most = (
-            MUCH_BY_SINGLE
-            if fitted
-            else np.inf
-            if _is_between_ticks(best, self.measured.spacing_s)
-            else VERY_MUCH_BY_SINGLE
-        )
-        by_single = best.within_floor and best.in_digits > most and not self.measured.single
+        most = MUCH_BY_SINGLE if fitted else VERY_MUCH_BY_SINGLE
+        may_be_there = self.measured.single or (not fitted and _is_between_ticks(best, self.measured.spacing_s))
+        by_single = best.within_floor and best.in_digits > most and not may_be_there
         leaves_nothing = best.is_noise or best.in_digits <= EXPLAINED
         return by_single or (self.diagnosis.stopped_s > 0 and fitted > leaves_nothing)
 

@@ -75,9 +75,10 @@ class Task(Generic[Result]):
 
 
 class Queue(Generic[Result]):
-    """The tasks of all engines, one at a time of each: next is that of the engine with most left to do.
+    """The tasks of all engines, of which each does one at a time.
 
-    How long an engine's tasks take is known from those that it has done; before, it may be any time.
+    Next is a task of the engine with most left to do, by how long those that it has done have taken; first are engines
+    that have done none, as theirs may take any time.
     """
 
     def __init__(self, tasks: Iterable[Task[Result]]) -> None:

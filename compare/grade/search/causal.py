@@ -50,7 +50,7 @@ AT_FIRST, PAIRED = 2, 12
 # it reads.
 ENTANGLED = {"spin", "inertia", "inertia axes", "body size", "gyroscopic", "frame", "turning", "impulse", "lever"}
 CONVENTIONS = {"quaternion order", "conjugate", "axes", "body axes"}
-# Choices that each mistake of a pair may have at most, and one of what a program writes.
+# Choices of a mistake that is tried with others, at most; and of one in what a program writes.
 CHOICES, MOST_CHOICES = 8, 48
 # Share of what is wrong in the first row that may be left by a mistake that explains it.
 UNSHOWN = 0.01
@@ -110,7 +110,7 @@ class Candidate:
 class CausalSearch(Changes):
     """Searches for the mistakes of the program that wrote some rows; is_double: it is of double precision."""
 
-    # What the first rows show by themselves.
+    # What the first rows show by themselves; of that, what is late by whole row intervals.
     _known: Sequence[Mistakes] = ((),)
     _whole_rows_late: Sequence[Mistakes] = ()
 
@@ -147,17 +147,18 @@ class CausalSearch(Changes):
                 self._begin(until)
                 begun = self._nearest(alike, KEPT)
                 # Long steps hide by how much rows are late, most often by whole row intervals.
-                begun[1:1] = [] if before else [each for each in alike if each in self._whole_rows_late]
+                late = [] if before else [each for each in alike if each in self._whole_rows_late]
+                begun = list(dict.fromkeys((*begun[:1], *late, *begun[1:])))
                 # A free translation is as good as a start velocity or an acceleration of any size.
                 single = _distinct([c for c in self._single.get(until, []) if not _is_free_translation(c)])
                 whole = min(self._fitted(known).weight for known in self._known)
                 nearly, half = ([c.mistakes for c in single if c.score < share * whole] for share in (NEARLY, HALF))
                 then = [c.mistakes for c in single[:SINGLE]]
+                turning, rest = filter(self._turns, half[:KEPT]), filter(self._turns, then)
                 # What the first row shows may have several reasons, each of which explains little alone.
                 first = () if before else chain(self._own_conventions(begun[0]), begun[1:], self._spun_up())
                 pairs = () if before else self._pairs(begun[0])
-                others = chain(filter(self._turns, half[:KEPT]), pairs, filter(self._turns, then))
-                others = chain(first, self._same_before(begun[0], before), others)
+                others = chain(first, self._same_before(begun[0], before), turning, pairs, rest)
                 pool = self._explored([*begun, *nearly[:KEPT], *self._known], others)
                 pool = self._swapped(pool, alike)
                 if not pool[0].is_whole or _is_free_translation(pool[0]):

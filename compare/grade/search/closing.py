@@ -52,8 +52,8 @@ SUSPECT = 1e-2
 MUCH_LESS = 4.0
 # Twice the logarithm of the likelihood that a plainer value may leave less of, beside noise.
 NOISIER = 4.0
-# Other programs that are simulated finely, and of these, so many that write rows between their ticks.
-ALTERNATIVES, BETWEEN_TICKS = 16, 3
+# Other programs that are simulated finely; those that differ in how they write rows between their ticks.
+ALTERNATIVES, WRITINGS = 16, 3
 
 
 class Closing:
@@ -206,9 +206,9 @@ class Closing:
     def _written_between_ticks(self, best: Explanation) -> Explanation:
         """Return an explanation that writes rows between its ticks, if none of its steps ends at a row.
 
-        A step that ends between two rows is seen, but not how those are written: no step alone would write them.
+        Single precision or noise may hide how it writes them, but it has to write them in some way.
         """
-        others = self._search.closest(list(self._proposals.with_ticks_between_rows(best.mistakes)), BETWEEN_TICKS)
+        others = self._search.closest(list(self._proposals.with_ticks_between_rows(best.mistakes)), WRITINGS)
         return next((each for each in self._explained(others) if self.is_as_good(each, best)), best)
 
     def _with_plain_ticks(self, mistakes: Mistakes) -> Mistakes:
