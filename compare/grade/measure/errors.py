@@ -9,7 +9,7 @@ from tumble.compare.grade.measure.conserved import Conserved
 from tumble.compare.grade.measure.significance import FEWEST_ROWS, LARGE_FLOOR
 from tumble.compare.grade.model.reference import Reference, ReferenceEnds
 from tumble.compare.grade.read.block import Block, vertices_of
-from tumble.compare.grade.read.columns import CENTRE, MATRIX, QUATERNION, SPIN, BadTrajectory, Description
+from tumble.compare.grade.read.columns import ANGLES, CENTRE, MATRIX, QUATERNION, SPIN, BadTrajectory, Description
 from tumble.compare.grade.read.digits import Digits
 from tumble.compare.grade.read.even_clock import EXACT, EvenClock
 from tumble.compare.grade.read.trajectory import Trajectory
@@ -445,9 +445,9 @@ def _is_single(trajectory: Trajectory) -> bool:
 def _may_be_single(trajectory: Trajectory) -> bool:
     """Whether no number of the position, the attitude or the vertices refutes that they are of single precision.
 
-    Vertices, matrices and lengths in another unit are computed when they are written, perhaps in double precision.  If
-    the quaternion refutes it, the centre counts only if it could do so too: the round numbers of a free flight from
-    round values could not.
+    Vertices, matrices, angles and lengths in another unit are computed when they are written, perhaps in double
+    precision; beside angles the centre counts.  If the quaternion refutes it, the centre counts only if it could do so
+    too: the round numbers of a free flight from round values could not.
     """
     description = trajectory.descriptions[0]
     if description.kind in ("vertices", "matrix") or any(
@@ -455,6 +455,8 @@ def _may_be_single(trajectory: Trajectory) -> bool:
     ):
         return True
     unrefuted = _unrefuted(trajectory)
+    if ANGLES[0] in trajectory.columns:
+        return all(name in unrefuted for name in CENTRE if name in trajectory.columns)
     if QUATERNION[0] in trajectory.columns and unrefuted.keys() <= set(CENTRE):
         return any(one.is_telling for one in unrefuted.values())
     return any(one.place or one.is_telling for one in unrefuted.values())

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pose_files import write_poses
 from programs import Program, fly, multiply, read, write
+from scipy.spatial.transform import Rotation
 
 from tumble.compare.grade.grade import context_of, grade, scale_of
 from tumble.compare.grade.measure.errors import measure
@@ -14,6 +15,7 @@ from tumble.compare.grade.measure.single_precision import single_floor, stepwise
 from tumble.compare.grade.model.kernel.dynamics import EXPLICIT, EXPONENTIAL, Scheme
 from tumble.compare.grade.model.program_model import FINE, correct_program, output_points
 from tumble.compare.grade.model.reference import Reference
+from tumble.compare.grade.read.conventions import Conventions
 from tumble.compare.grade.read.trajectory import Trajectory
 from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY, TOO_LITTLE
@@ -113,6 +115,18 @@ def test_round_numbers_do_not_speak_for_single_precision(tmp_path, attitude, cen
     x, q = states[:, :3].astype(centre), states[:, 3:7].astype(attitude)
     file = write_poses(tmp_path / "flight.csv", times, x, q, form="%.9g")
     assert measure(Trajectory(file, scene, {}), scene).may_be_single is may_be
+
+
+@pytest.mark.parametrize(("centre", "may_be"), [(None, True), (np.float64, False), (np.float32, True)])
+def test_angles_do_not_speak_against_single_precision(tmp_path, centre, may_be):
+    """A program converts its attitude to angles when it writes them, perhaps in double precision; None: it rests."""
+    states = Reference(scene := read_scene("two-hits")).states(0, times := np.arange(51) * 0.02)
+    x = np.zeros((51, 3)) if centre is None else states[:, :3].astype(centre)
+    angles = Rotation.from_quat(states[:, 3:7], scalar_first=True).as_euler("XYZ", degrees=True)
+    names = ["t_s", "x_m", "y_m", "z_m", "rx_deg", "ry_deg", "rz_deg"]
+    np.savetxt(file := tmp_path / "a.csv", np.c_[times, x, angles], "%.9g", ",", header=",".join(names), comments="")
+    trajectory = Trajectory(file, scene, {}, conventions=Conventions(euler="XYZ"))
+    assert measure(trajectory, scene).may_be_single is may_be
 
 
 def test_a_run_that_diverged_is_not_explained_and_warns_nobody(tmp_path):
