@@ -318,13 +318,16 @@ class CausalSearch(Changes):
         return sorted(pool.values(), key=_by_score)
 
     def closest(self, programs: Sequence[Mistakes], count: int) -> list[Mistakes]:
-        """Return so many programs that leave least of all of the run, best first."""
-        for until in dict.fromkeys((self._horizons()[0], self._context.duration)):
-            self._look_at(until)
-            weights = self._profiled(programs)
-            order = np.argsort(weights, kind="stable")
-            alike = int((weights < weights.min(initial=np.inf) + 2 * ALIKE).sum())
-            programs = [programs[n] for n in order[: max(FOLLOWED, alike)]]
+        """Return so many programs that leave least of all of the run, best first.  Raises SearchStopped."""
+        try:
+            for until in dict.fromkeys((self._horizons()[0], self._context.duration)):
+                self._look_at(until)
+                weights = self._profiled(programs)
+                order = np.argsort(weights, kind="stable")
+                alike = int((weights < weights.min(initial=np.inf) + 2 * ALIKE).sum())
+                programs = [programs[n] for n in order[: max(FOLLOWED, alike)]]
+        finally:
+            self._look_at(self._context.duration)
         return list(programs[:count])
 
     def is_near(self, mistakes: Mistakes, other: Mistakes) -> bool:

@@ -208,7 +208,11 @@ class Closing:
 
         Single precision or noise may hide how it writes them, but it has to write them in some way.
         """
-        others = self._search.closest(list(self._proposals.with_ticks_between_rows(best.mistakes)), WRITINGS)
+        try:
+            others = self._search.closest(list(self._proposals.with_ticks_between_rows(best.mistakes)), WRITINGS)
+        except SearchStopped:
+            self.is_stopped = True
+            return best
         return next((each for each in self._explained(others) if self.is_as_good(each, best)), best)
 
     def _with_plain_ticks(self, mistakes: Mistakes) -> Mistakes:

@@ -121,6 +121,19 @@ def test_a_step_that_ends_between_rows_is_given_what_writes_rows_there(tmp_path,
     assert step in best.mistakes
 
 
+def test_a_step_that_ends_between_rows_is_an_answer_as_it_is_when_time_is_up(tmp_path):
+    """The search looks at all of the run again, for what is asked of it later."""
+    file = drawn_file(tmp_path, "two-hits", dt=0.01, spacing=RATE, reading=Reading(between="arcs"))
+    evaluator, _ = evaluator_of(file, read_scene("two-hits"))
+    search = CausalSearch(evaluator)
+    best = evaluator.explain((Mistake(search.proposals.schemes.step(Step("explicit", "exponential")), 0.01),))
+    closing = Closing(evaluator, search)
+    closing.stop_at(0.0)
+    assert closing._written_between_ticks(best) is best
+    assert closing.is_stopped
+    assert search._until == evaluator.context.duration
+
+
 @pytest.mark.parametrize(
     ("step", "values", "divides"),
     [
