@@ -265,7 +265,7 @@ class Grade:
         values = {m.hypothesis.part: m for m in diagnosis.best.mistakes}
         if "clock tick" in values and not values["clock tick"].has_named_value:
             rows = values["clock tick"].value / self.measured.spacing_s
-            if abs(rows - round(rows)) < WHOLE * rows:  # nearly the row interval, or a multiple
+            if _is_whole(rows):  # nearly the row interval, or a multiple
                 return True
         rows = self.measured.sample.times / self.measured.spacing_s
         if np.abs(rows - rows.round()).max() > WHOLE:
@@ -405,8 +405,13 @@ def _leaves(diagnosis: Diagnosis, share: float) -> bool:
 
 def _is_between_ticks(explanation: Explanation, spacing_s: float) -> bool:
     """Return whether most rows, spacing_s apart, are made up of two ticks: these are no numbers of single precision."""
-    ticks = [m.value / spacing_s for m in explanation.mistakes if m.hypothesis.name in BETWEEN_TICKS]
-    return any(abs(rows - round(rows)) > WHOLE * rows for rows in ticks)
+    ticks = [m.value for m in explanation.mistakes if m.hypothesis.name in BETWEEN_TICKS]
+    return any(not _is_whole(tick / spacing_s) for tick in ticks)
+
+
+def _is_whole(rows: float) -> bool:
+    """Return whether a number of row intervals is nearly a whole one."""
+    return abs(rows - round(rows)) < WHOLE * rows
 
 
 def compared(measured: Measured, context: Context) -> tuple[SampledRows, ResidualScale, bool]:

@@ -74,6 +74,14 @@ class Task(Generic[Result]):
         return get_type_hints(self.ask.func if isinstance(self.ask, partial) else self.ask)["return"]
 
 
+def by_engine(tasks: Iterable[Task[Result]]) -> dict[RunningEngine, deque[Task[Result]]]:
+    """Return the tasks of each engine, in their order."""
+    own: dict[RunningEngine, deque[Task[Result]]] = {}
+    for task in tasks:
+        own.setdefault(task.running_engine, deque()).append(task)
+    return own
+
+
 class Queue(Generic[Result]):
     """The tasks of all engines, of which each does one at a time.
 
@@ -82,12 +90,15 @@ class Queue(Generic[Result]):
     """
 
     def __init__(self, tasks: Iterable[Task[Result]]) -> None:
-        self._left: dict[RunningEngine, deque[Task[Result]]] = {}
+        self._left = by_engine(tasks)
         self._times_s: dict[RunningEngine, list[float]] = {}
         self._begun: dict[RunningEngine, float] = {}
         self._lock = threading.Lock()
-        for task in tasks:
-            self._left.setdefault(task.running_engine, deque()).append(task)
+
+    @property
+    def engines(self) -> list[RunningEngine]:
+        """The engines of all tasks."""
+        return [*self._left]
 
     def next(self) -> Task[Result] | None:
         """Return a task of an engine that does none; None if no such engine has any left."""
@@ -175,8 +186,8 @@ def work(
     finished: Callable[[Task[Result], Result], object] = lambda task, result: None,
 ) -> list[Result]:
     """Return the results of all tasks, run in this process; as `run`, but finished is called with the task."""
-    engines = list(dict.fromkeys(task.running_engine for task in tasks))
     queue, results = Queue(tasks), dict[Task[Result], Result]()
+    engines = queue.engines
     one_at_a_time = threading.Lock()
 
     def take_turns() -> None:
@@ -194,7 +205,7 @@ def work(
     futures: list[Future] = []
     with ThreadPoolExecutor(max(1, min(len(engines), os.cpu_count() or 1))) as threads:
         try:
-            futures += [threads.submit(take_turns) for _ in range(min(len(engines), os.cpu_count() or 1))]
+            futures += [threads.submit(take_turns) for _ in engines]
             for future in wait([*futures, *(truths.begun if truths else ())], return_when=FIRST_EXCEPTION).done:
                 future.result()
         except BaseException:

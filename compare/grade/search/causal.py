@@ -154,7 +154,8 @@ class CausalSearch(Changes):
                 whole = min(self._fitted(known).weight for known in self._known)
                 nearly, half = ([c.mistakes for c in single if c.score < share * whole] for share in (NEARLY, HALF))
                 then = [c.mistakes for c in single[:SINGLE]]
-                turning, rest = filter(self._turns, half[:KEPT]), filter(self._turns, then)
+                turning = list(filter(self._turns, half[:KEPT]))
+                rest = (each for each in then if each not in turning and self._turns(each))
                 # What the first row shows may have several reasons, each of which explains little alone.
                 first = () if before else chain(self._own_conventions(begun[0]), begun[1:], self._spun_up())
                 pairs = () if before else self._pairs(begun[0])
@@ -186,8 +187,8 @@ class CausalSearch(Changes):
         elif between := self._evaluator.first_motion:
             programs = self._proposals.begins_between(*between)
             self._begin(self._horizons()[0])
-            late = (each for each in programs if each[0].hypothesis.name == LOG_LAG)
-            self._whole_rows_late = [each for each in late if abs(each[0].value - between[0]) <= NEAR * between[0]]
+            lags = (each for each in programs if each[0].hypothesis.name == LOG_LAG)
+            self._whole_rows_late = [each for each in lags if abs(each[0].value - between[0]) <= NEAR * between[0]]
             self._known = [*dict.fromkeys((*self._nearest(programs, KEPT), *self._whole_rows_late)), ()]
         self._look_at(float(self._sample.times[0]))
         return [each for known in self._known for each in self._explaining_first_row(known)]
@@ -207,11 +208,10 @@ class CausalSearch(Changes):
         The first row does not show that.  mistakes: those of the program that these are added to.
         """
         both = product(self._plainly_wrong({"start attitude"}, CHOICES), self._plainly_wrong(CONVENTIONS, MOST_CHOICES))
-        programs = [self._proposals.ordered((*mistakes, *each)) for each in both]
-        until = self._until
-        self._look_at(float(self._sample.times[0]))
-        left = np.abs(self._simulations.errors(programs)).max(axis=(1, 2, 3)) if programs else np.empty(0)
-        self._begin(until)
+        if not (programs := [self._proposals.ordered((*mistakes, *each)) for each in both]):
+            return
+        first_row, _ = self._fine_and_coarse(float(self._sample.times[0]))
+        left = np.abs(first_row.errors(programs)).max(axis=(1, 2, 3))
         likely = [program for program, wrong in zip(programs, left.tolist(), strict=True) if wrong <= RIGHT]
         most = HALF * self._profiled([mistakes])[0]
         yield from (each for each in self._nearest(likely, 1) if self._profiled([each])[0] < most)
@@ -235,7 +235,7 @@ class CausalSearch(Changes):
             yield programs[int(scores.argmin())]
 
     def _plainly_wrong(self, parts: Container[str], choices: int) -> list[Mistake]:
-        """Return the mistakes of some parts that have no values but those of a list of at most so many choices."""
+        """Return the mistakes of some parts of which no value is fitted, with each of at most so many choices."""
         known = (h for h in self._proposals.hypotheses if h.part in parts and not (h.fitted or h.from_data))
         few = (h for h in known if len(h.values) <= choices and not h.needs_steps)
         return [Mistake(h, value) for h in few for value in h.values or (0.0,)]
@@ -581,8 +581,8 @@ class CausalSearch(Changes):
             begun = [tuple(m for m in c.mistakes if not _frees_translation(m)) for c in turned or pool[:KEPT]]
             if turned:
                 # What explained the translation of fewer rows may be wrong.
-                anew = [tuple(filter(self._acts_on_rotation, each)) for each in begun[:1]]
-                named = self._explored([*begun, *self._joined(begun, single)], [*anew, *single])
+                anew = tuple(filter(self._acts_on_rotation, begun[0]))
+                named = self._explored([*begun, *self._joined(begun, single)], [anew, *single])
             else:
                 named = self._explored([*begun, *single, *self._known], most_dives=1)
             return sorted((*pool, *named), key=lambda c: c.weight)

@@ -20,7 +20,7 @@ from tumble.compare.run.cluster.on_worker import Needed, answer
 from tumble.compare.run.cluster.workers import COUNT_S, Workers
 from tumble.compare.run.process.message import unframed
 from tumble.compare.run.running_engines import RunningEngine
-from tumble.compare.run.tasks import Task
+from tumble.compare.run.tasks import Task, by_engine
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -45,11 +45,9 @@ class Ready:
     deaths: int = 0
 
 
-def by_engine(tasks: Sequence[Task]) -> Iterator[Task]:
+def together(tasks: Sequence[Task]) -> Iterator[Task]:
     """Yield those of one engine after each other, which a worker then starts once, unless the next has to wait."""
-    own: dict[RunningEngine, deque[Task]] = {}
-    for task in tasks:
-        own.setdefault(task.running_engine, deque()).append(task)
+    own = by_engine(tasks)
     while own:
         engine = next((one for one, left in own.items() if not left[0].is_waiting), next(iter(own)))
         yield own[engine].popleft()
@@ -113,7 +111,7 @@ class Sending:
         import cloudpickle
 
         needed: dict[RunningEngine, bytes] = {}
-        for task in by_engine(self.tasks):
+        for task in together(self.tasks):
             try:
                 with self._room:
                     while not self._ended and self._held >= self._most_sent * self._size:
