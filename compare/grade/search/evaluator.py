@@ -97,7 +97,7 @@ class Evaluator:
         # Rows with as much noise are as precise, whatever their floors.
         known, noisy = self.double_scale, scale.with_noise(self._noise_m)
         in_noise = noisy.in_floors(errors)
-        weights = noisy.weight(in_noise, self._vagueness(scale)), known.weight(known.in_floors(errors), 0.0)
+        weights = noisy.weight(in_noise, self._vagueness(noisy)), known.weight(known.in_floors(errors), 0.0)
         is_little = in_digits <= NEARLY_DIGITS or in_floors <= NEARLY_SINGLE
         is_nearly = bool(mistakes) and is_little and in_common <= SMALL_SHARE * self._null_in_common
         within_floor = in_floors <= EXPLAINED or is_nearly
@@ -226,7 +226,7 @@ class Evaluator:
 
     def _vagueness(self, scale: ResidualScale) -> float:
         """Return the weight of a larger noise floor, which explains more: of the likelihood of normal deviations."""
-        return 2.0 * scale.numbers * float(np.log(scale.floors_m / self.scale.floors_m).mean())
+        return 2.0 * scale.numbers * float(np.log(scale.floors_m / self.double_scale.floors_m).mean())
 
     def _is_noise(self, program: ProgramModel, errors: Array, scale: ResidualScale) -> bool:
         """Return whether a program's errors of rows, (S, K, 3), are noise; or noise at first, and what rounding adds.
