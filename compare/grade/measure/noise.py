@@ -55,11 +55,7 @@ def white_noise_m(
     steps = np.diff(times)
     if len(steps) < FEWEST or not steps.min() > 0.0:
         return 0.0
-    counts = np.rint(steps / steps.min())
-    usual = float(np.median(steps / counts))
-    broken = (np.abs(steps - counts * usual) > EQUAL * usual + 2 * rounding_s) | (counts > LONGEST)
-    broken |= np.isin(np.arange(len(steps)), np.searchsorted(times, events) - 1)
-    times = np.concatenate(([0.0], np.cumsum(counts)))
+    times, broken = _in_intervals(times, events, rounding_s)
     shares, is_centre = _shares_of_centre(points)
     is_fast = _turn(vertices) > LARGEST_TURN
     centre, larger = np.einsum("k,skj->sj", shares, vertices)[:, None], 1.0
@@ -77,6 +73,32 @@ def white_noise_m(
         return 0.0
     noise_m, rounding_m = _noise_of(times, vertices, squares, broken, OF_VERTICES)
     return noise_m if noise_m > rounding_m else 0.0
+
+
+def most_noise_m(times: Array, vertices: Array, points: Array, events: Array, rounding_s: float = 0.0) -> float:
+    """Return what the standard deviation of white noise is at most [m], whatever the motion; inf if rows are too few.
+
+    times, vertices, points, events, rounding_s: as in `white_noise_m`.
+    """
+    shares, is_centre = _shares_of_centre(points)
+    if not is_centre or not np.diff(times).min(initial=np.inf) > 0.0:
+        return np.inf
+    times, broken = _in_intervals(times, events, rounding_s)
+    order, centre = OF_CENTRE[0], np.einsum("k,skj->sj", shares, vertices)[:, None]
+    if len(times) <= order + 1:
+        return np.inf
+    found = _differences(times, centre, np.zeros((len(times), 3)), broken, order)
+    return OF_MEDIAN * found.median if found.kept.sum() >= FEWEST else np.inf
+
+
+def _in_intervals(times: Array, events: Array, rounding_s: float) -> tuple[Array, np.ndarray]:
+    """Return times in row intervals from the first one, (S,), and the intervals that no difference spans, (S - 1,)."""
+    steps = np.diff(times)
+    counts = np.rint(steps / steps.min())
+    usual = float(np.median(steps / counts))
+    broken = (np.abs(steps - counts * usual) > EQUAL * usual + 2 * rounding_s) | (counts > LONGEST)
+    broken |= np.isin(np.arange(len(steps)), np.searchsorted(times, events) - 1)
+    return np.concatenate(([0.0], np.cumsum(counts))), broken
 
 
 def _shares_of_centre(points: Array) -> tuple[Array, bool]:

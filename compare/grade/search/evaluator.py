@@ -9,7 +9,7 @@ from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, Mi
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis
 from tumble.compare.grade.measure.errors import SampledRows
 from tumble.compare.grade.measure.lateness import Lateness, first_motion, lateness
-from tumble.compare.grade.measure.noise import white_noise_m
+from tumble.compare.grade.measure.noise import most_noise_m, white_noise_m
 from tumble.compare.grade.measure.significance import (
     EXPLAINED,
     FEWEST_PAIRS,
@@ -136,7 +136,14 @@ class Evaluator:
     @cached_property
     def reached(self) -> dict[str, list[float]]:
         """The velocities [m/s] and spins [rad/s] that the rows reach."""
-        return speeds_reached(self.rows.times, self.rows.vertices, self.points)
+        return speeds_reached(self.rows.times, self.rows.vertices, self.points, self.double_scale.floors_m)
+
+    @cached_property
+    def _most_noise_m(self) -> float:
+        """What the noise of a coordinate is at most [m], as far as rows show that."""
+        rows, program = self.rows, self.context.program
+        events = np.array([impulse.time for impulse in program.impulses])
+        return most_noise_m(rows.times, rows.vertices, self.points, events, program.rounding)
 
     @cached_property
     def rests_from(self) -> float:
@@ -236,16 +243,22 @@ class Evaluator:
         """
         if self._is_white(program, errors, scale):
             return True
-        if not self.is_noisy:
+        noise_m = self._noise_m or self._noise_at_first(errors)
+        if not noise_m:
             return False
-        effects, both = np.sqrt(np.square(scale.floors_m).mean(axis=1)), scale.with_noise(self._noise_m)
-        begins = {int((effects > share * self._noise_m).argmax()) for share in MOVED}
+        effects, both = np.sqrt(np.square(scale.floors_m).mean(axis=1)), scale.with_noise(noise_m)
+        begins = {int((effects > share * noise_m).argmax()) for share in MOVED}
         return any(
             both.is_within_floor(root_mean_square(both.weighted(errors)[begin:]))
             and self._is_white(program, errors[:begin], scale)
             for begin in begins
             if begin > FEWEST_PAIRS
         )
+
+    def _noise_at_first(self, errors: Array) -> float:
+        """Return what errors of rows, (S, K, 3), begin with, in a coordinate [m]; 0 if rows show that it is no noise."""
+        noise_m = root_mean_square(errors[: FEWEST_PAIRS + 1]) / np.sqrt(3.0)
+        return noise_m if noise_m <= MOST_NOISE * self._most_noise_m else 0.0
 
     def _is_white(self, program: ProgramModel, errors: Array, scale: ResidualScale) -> bool:
         """Return whether a program's errors of the first rows, (R, K, 3), are white noise."""
