@@ -16,6 +16,7 @@ from tumble.compare.grade.search.causal import CausalSearch
 from tumble.compare.grade.search.clock import search_clock
 from tumble.compare.grade.search.closing import (
     LARGER,
+    NOISIER,
     Closing,
     fitted_of,
     is_hidden,
@@ -266,11 +267,15 @@ def _without_drift(evaluator: Evaluator, ranked: Diagnosis) -> Diagnosis:
 
 
 def _as_good(evaluator: Evaluator, ranked: Sequence[Explanation]) -> list[Explanation]:
-    """Return explanations that single precision does not distinguish from the first one; none if it says nothing.
+    """Return explanations that single precision or noise does not distinguish from the first one.
 
-    Its effect is not white: a smaller residual within it says little.
+    The effect of single precision is not white: a smaller residual within it says little.  Of those in noise, only ones
+    that differ in values or details are among them.
     """
     first = ranked[0]
+    if first.is_noise:
+        likely = takewhile(lambda each: each.weight <= first.weight + NOISIER, ranked)
+        return [each for each in likely if each.is_noise and each.names == first.names]
     if not first.within_floor or first.in_digits <= EXPLAINED:
         return []
     floor_m = evaluator.scale.floor_m

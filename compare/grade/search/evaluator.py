@@ -256,7 +256,7 @@ class Evaluator:
         )
 
     def _noise_at_first(self, errors: Array) -> float:
-        """Return what errors of rows, (S, K, 3), begin with, in a coordinate [m]; 0 if rows show that it is no noise."""
+        """Return what errors of rows, (S, K, 3), begin with, in a coordinate [m]; 0 if that can be no noise."""
         noise_m = root_mean_square(errors[: FEWEST_PAIRS + 1]) / np.sqrt(3.0)
         return noise_m if noise_m <= MOST_NOISE * self._most_noise_m else 0.0
 

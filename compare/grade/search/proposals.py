@@ -21,7 +21,7 @@ from tumble.compare.grade.hypotheses.names import (
 )
 from tumble.compare.grade.hypotheses.scheme_hypotheses import TURNED_ASIDE, SchemeHypotheses, Step
 from tumble.compare.grade.measure.lateness import Lateness
-from tumble.compare.grade.model.kernel.dynamics import AFTER_FORCES, AS_FORCE, LINEARLY
+from tumble.compare.grade.model.kernel.dynamics import AFTER_FORCES, AS_FORCE, LAST, LINEARLY
 from tumble.compare.grade.model.program_model import next_tick
 from tumble.scenarios.frames import Array
 
@@ -333,12 +333,18 @@ class Proposals:
         if not damping or not any(m.hypothesis.part == STEPS for m in mistakes):
             return
         others = tuple(m for m in mistakes if m not in damping)
+        kinds = [(m.hypothesis.name.partition("-")[0], m.value) for m in damping]
+        moved = {
+            place: [Mistake(self.schemes.damping(kind, place, LINEARLY), value) for kind, value in kinds]
+            for place in DAMPING_PLACES
+        }
         for place in DAMPING_PLACES:
-            moved = [
-                Mistake(self.schemes.damping(m.hypothesis.name.partition("-")[0], place, LINEARLY), m.value)
-                for m in damping
-            ]
-            yield ("place", place), self.ordered((*others, *moved))
+            yield ("place", place), self.ordered((*others, *moved[place]))
+        # An explicit step with damping as a force is nearly a symplectic one that damps after it has moved the body.
+        for own, step in self._own_step(others):
+            if own.explicit:
+                symplectic = self.with_step(others, step, replace(own, explicit=False, other_axes=False))
+                yield ("place", step.hypothesis), self.ordered((*symplectic, *moved[LAST]))
 
     def _moves_events(self, tick: float, other: float) -> bool:
         """Whether impulses happen at other instants if they can at every other tick [s]."""
