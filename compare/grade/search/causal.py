@@ -148,7 +148,10 @@ class CausalSearch(Changes):
                 begun = self._nearest(alike, KEPT)
                 # Long steps hide by how much rows are late, most often by whole row intervals.
                 late = [] if before else [each for each in alike if each in self._whole_rows_late]
-                begun = list(dict.fromkeys((*begun[:1], *late, *begun[1:])))
+                # More of the run distinguishes more lengths of a step.
+                steps = list(self._proposals.with_other_steps(begun[0])) if before else []
+                steps = self._nearest(steps, 1, self._slopes(begun[0]))
+                begun = list(dict.fromkeys((*begun[:1], *late, *steps, *begun[1:])))
                 # A free translation is as good as a start velocity or an acceleration of any size.
                 single = _distinct([c for c in self._single.get(until, []) if not _is_free_translation(c)])
                 whole = min(self._fitted(known).weight for known in self._known)
