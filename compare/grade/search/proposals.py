@@ -59,6 +59,9 @@ DAMPED = ("linear damping", "angular damping")
 PLAIN_DAMPING = ("linear-damping", "angular-damping")
 # Values of a mistake that are tried first, at most.
 MOST_VALUES, MOST_IF_LINEAR = 9, 5
+# Row intervals by which a clock is behind that are tried in any case: what a small change does shows no late rows, of
+# which the first ones have not moved.
+LATEST = 4
 # Times that are tried in a run; and shares by which limits are below what the program reaches.
 ROWS_LATE = (0.25, 0.5, 1, 2, 3, 4, 6)
 TIMES, BELOW = 12, (0.003, 0.01, 0.03, 0.07, 0.15, 0.3, 0.5, 0.7)
@@ -552,5 +555,8 @@ def first_values(hypothesis: Hypothesis, run: Run, every_value: bool = False) ->
         return [value for value in sorted(times) if least <= value < min(most, run.until)]
     count = MOST_VALUES if hypothesis.neutral is None else MOST_IF_LINEAR
     if len(values) > count and not every_value:
-        values = [values[number] for number in np.linspace(0, len(values) - 1, count).round().astype(int)]
+        some = [values[number] for number in np.linspace(0, len(values) - 1, count).round().astype(int)]
+        if hypothesis.name == CLOCK_OFFSET:
+            some += [value for value in values if -LATEST * run.spacing <= value < 0.0]
+        values = list(dict.fromkeys(some))
     return values if hypothesis.neutral is None else [hypothesis.neutral, *values]
