@@ -53,6 +53,8 @@ BOUNCES = (0.1, 0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 # Default limits of engines [rad/s, m/s].
 SPIN_CAPS = {7.0: "Unity's", 47.12: "Rapier's and Jolt's at 60 Hz", 100.0: "PhysX's"}
 SPEED_CAPS = {100.0: "", 400.0: "", 500.0: "Jolt's"}
+# Lowest limit of a speed, over the largest one of a right program.
+SLOWEST = 1e-3
 
 
 def forces(context: Context) -> Iterator[Hypothesis]:
@@ -312,7 +314,7 @@ def _caps(context: Context) -> Iterator[Hypothesis]:
                 lambda program, cap, place=place, field=field, cap_place=cap_place: program.but(
                     **{field: _with_cap(getattr(program, field), place, cap)}, cap_place=cap_place
                 ),
-                tuple(np.linspace(0.05, 1.0, 12) * fastest),
+                tuple(np.geomspace(SLOWEST, 1.0, 24) * fastest),
                 named_values={cap: name for cap, name in named_values.items() if cap < fastest},
                 unit="rad/s" if place else "m/s",
                 unlikely=UNLIKELY if each else SELDOM,
