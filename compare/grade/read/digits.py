@@ -56,8 +56,8 @@ class Digits(NamedTuple):
         return 0.5 * np.maximum(self.place, 10.0 ** (np.where(size > 0, leading, -np.inf) + 1 - self.figures))
 
 
-def digits(cells: Iterable[str]) -> Digits:
-    """Return the print format of cells that hold numbers."""
+def digits(cells: Iterable[str], factor: float = 1.0) -> Digits:
+    """Return the print format of cells that hold numbers; factor: of their unit, in which they may not be stored."""
     figures, longest, ends = 1, 0, False
     places: set[float] = set()
     values, lasts = list[float](), list[float]()
@@ -80,7 +80,7 @@ def digits(cells: Iterable[str]) -> Digits:
         longest = max(longest, len((whole + part).strip("0")))
         values.append(float(match[0]))
         lasts.append(last)
-    single = _are_single(np.array(values), np.array(lasts))
+    single = any(_are_single(unit * np.array(values), unit * np.array(lasts)) for unit in {1.0, factor})
     if len(distinct) == 1:
         return Digits(single=single, longest=longest)  # a constant shows no rounding
     # Printed with fixed decimals, as by %.4f, the number of significant digits follows the size.

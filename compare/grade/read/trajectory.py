@@ -104,7 +104,10 @@ class Trajectory:
     def _printed(self, rows: Sequence[Sequence[str]]) -> dict[str, Digits]:
         """Return how each quantity is printed."""
         found: dict[str, Digits] = {
-            name: digits(self._cells.with_decimal_point(row[column.place]) for row in rows if column.place < len(row))
+            name: digits(
+                (self._cells.with_decimal_point(row[column.place]) for row in rows if column.place < len(row)),
+                column.factor,
+            )
             for name, column in self.columns.items()
         }
         for group in self.places():
