@@ -177,8 +177,8 @@ def _integrate(
         happens = number < len(events) and events[number, 0] <= times_s[row]
         stop = events[number, 0] if happens else times_s[row]
         interval = stop - now
-        if interval > 0.0:
-            smooth = scheme.attitude == SMOOTH
+        smooth = scheme.attitude == SMOOTH
+        if interval > (0.0 if smooth else NEARLY * scheme.step):  # what is only rounding is no step
             ratio = interval / scheme.step
             if smooth:
                 ratio = smooth_count(motion, interval, dynamics, push, spring_rate, scheme.step)
