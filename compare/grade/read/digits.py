@@ -1,7 +1,7 @@
 """The precision of printed numbers: the place of the last digit, and the rounding error that it allows."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +16,8 @@ NOTHING = 1e-6
 DECISIVE, TELLING = 9, 8
 # At least this many cells with equally many decimals were printed so; a shortest number ends in 0 one time in ten.
 FIXED = 30
+# So many rows show whether a smooth motion was rounded, by differences of this order.
+SMOOTH, ORDER = 20, 4
 # Significant digits of a double.
 MOST = 17
 # Decimal places that are tried.
@@ -98,6 +100,39 @@ def with_shared_format(columns: Sequence[Digits]) -> list[Digits]:
         return list(columns)
     place, figures = min(column.place for column in free), max(min(column.figures, MOST) for column in free)
     return [column if column.fixed else column._replace(place=place, figures=figures) for column in columns]
+
+
+def with_exact_numbers(
+    formats: Mapping[str, Digits], groups: Sequence[Sequence[str]], rows: Mapping[str, Sequence[float]]
+) -> dict[str, Digits]:
+    """Return the formats of groups of columns, of which some hold numbers that are exact in few decimals.
+
+    They are if they change smoothly in all rows: their last digits are none that were rounded, and a program that
+    writes no zeros at the end would write as many digits as in other columns.  rows: the numbers of the first ones.
+    """
+    exact = [name for group in groups for name in _exact_columns(group, formats, rows)]
+    others = (formats[name] for group in groups for name in group if name not in exact)
+    figures = min(max((each.figures for each in others if not each.fixed), default=0), MOST)
+    found = dict(formats)
+    for name in (name for name in exact if formats[name].figures < figures):
+        finer, numbers = formats[name]._replace(place=0.0, figures=figures), np.array(rows[name])
+        found[name] = finer._replace(single=_are_single(numbers, 2.0 * finer.half(numbers)))
+    return found
+
+
+def _exact_columns(
+    group: Sequence[str], formats: Mapping[str, Digits], rows: Mapping[str, Sequence[float]]
+) -> list[str]:
+    """Return the columns of a group that change, if all of them do so too smoothly for rounded numbers."""
+    moving = [name for name in group if formats[name].place]
+    are_exact = all(not formats[name].fixed and _is_exact(np.array(rows[name]), formats[name].place) for name in moving)
+    return moving if are_exact else []
+
+
+def _is_exact(numbers: Array, place: float) -> bool:
+    """Whether numbers, (N,), change in each row, and so smoothly that none was rounded to a place."""
+    changes = np.diff(numbers)
+    return len(numbers) >= SMOOTH and bool(changes.all() and np.abs(np.diff(changes, ORDER - 1)).max() < 0.5 * place)
 
 
 def _are_single(values: Array, lasts: Array) -> bool:

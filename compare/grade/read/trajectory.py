@@ -36,7 +36,14 @@ from tumble.compare.grade.read.conventions import (
     quaternions,
     renamed,
 )
-from tumble.compare.grade.read.digits import Digits, digits, rounded_times, shared_place, with_shared_format
+from tumble.compare.grade.read.digits import (
+    Digits,
+    digits,
+    rounded_times,
+    shared_place,
+    with_exact_numbers,
+    with_shared_format,
+)
 from tumble.compare.grade.read.even_clock import EXACT, EvenClock, PrintedClock, even_clock
 from tumble.compare.grade.read.header import descriptions, layout
 from tumble.compare.grade.read.suggestions import angles_of, map_option, map_options
@@ -91,18 +98,23 @@ class Trajectory:
         if not with_readings and any(map(is_reading, mapping.values())):
             raise without_sensor(scene)
         first_rows, others = self._cells.sampled_rows()
-        self.digits = self._printed([*first_rows, *others])
+        self.digits = self._printed(first_rows, others)
         self._first_times, self._last_times = self._instants(first_rows), self._instants(others)
         self.clock = self._printed_clock([time * self.columns[TIME].factor for time in self._last_times])
 
     def _instants(self, rows: Sequence[Sequence[str]]) -> list[float]:
         """Return the times of rows of cells, in the unit of the column."""
-        place = self.columns[TIME].place
-        times = (self._cells.number(row[place]) for row in rows if place < len(row))
-        return [time for time in times if time is not None and abs(time) <= LARGEST]
+        return [time for time in self._numbers(TIME, rows) if abs(time) <= LARGEST]
 
-    def _printed(self, rows: Sequence[Sequence[str]]) -> dict[str, Digits]:
+    def _numbers(self, name: str, rows: Sequence[Sequence[str]]) -> list[float]:
+        """Return the numbers of rows of cells in a column, in its unit."""
+        place = self.columns[name].place
+        numbers = (self._cells.number(row[place]) for row in rows if place < len(row))
+        return [number for number in numbers if number is not None]
+
+    def _printed(self, first_rows: Sequence[Sequence[str]], others: Sequence[Sequence[str]]) -> dict[str, Digits]:
         """Return how each quantity is printed."""
+        rows = [*first_rows, *others]
         found: dict[str, Digits] = {
             name: digits(
                 (self._cells.with_decimal_point(row[column.place]) for row in rows if column.place < len(row)),
@@ -112,6 +124,7 @@ class Trajectory:
         }
         for group in self.places():
             found |= zip(group, with_shared_format([found[name] for name in group]), strict=True)
+        found = with_exact_numbers(found, self.places(), {name: self._numbers(name, first_rows) for name in found})
         return found | quaternion_digits(self.columns, found) if self._conventions.euler else found
 
     def places(self) -> list[list[str]]:
