@@ -7,9 +7,9 @@ from itertools import combinations, takewhile
 import numpy as np
 
 from tumble.compare.grade.hypotheses.engine_schemes import ENGINES, EngineScheme
-from tumble.compare.grade.hypotheses.explanation import Explanation, step_divides
+from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake, step_divides
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
-from tumble.compare.grade.hypotheses.names import CLOCK_OFFSET, LOG_LAG
+from tumble.compare.grade.hypotheses.names import ANGULAR_DAMPING, CLOCK_OFFSET, LOG_LAG
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.model.program_model import ProgramModel
 from tumble.compare.grade.search.causal import CausalSearch
@@ -42,6 +42,7 @@ SAME_MOTION = 1e-6
 # A rate that changes a velocity by a smaller share in the whole run is no mistake where rounding may make it: steps of
 # the Runge-Kutta method of order 4 in single precision make 1.4e-3 in 5,000 of them.
 DRIFT = 2e-3
+DRIFTS = (ANGULAR_DAMPING, "angular-damping-reversed")
 # Explanations that leave too much whose values are fitted to all rows, of the best.
 REFINED = 2
 # How often others as good as the best one are looked for, and how many of the better ones are simplified.
@@ -128,6 +129,8 @@ def diagnosed(
     closing.stop_at(max(begun_at + search_s, search_clock() + least_s))
     if not explained[0].within_floor:
         explained += [closing.refined(each) for each in explained[:REFINED] if each.mistakes]
+        explained.sort(key=by_weight)
+        explained += _with_drift(evaluator, explained[0], closing, search)
         explained.sort(key=by_weight)
     explained = _with_parts(evaluator, _closed(explained, closing, least_s), closing)
     closing.stop_at(np.inf)
@@ -243,6 +246,21 @@ def _ranked(evaluator: Evaluator, null: Explanation, found: Sequence[Explanation
         program=evaluator.program_with(best.mistakes),
         alone=tuple(each for each in sorted(helpful, key=by_weight) if len(each.mistakes) == 1),
     )
+
+
+def _with_drift(evaluator: Evaluator, best: Explanation, closing: Closing, search: CausalSearch) -> list[Explanation]:
+    """Return explanations with a slow growth or decay of the spin, if a search took the rest for single precision.
+
+    That rounds in the same direction in every step of some methods, which their floor does not have.
+    """
+    if best.is_whole or not best.mistakes or best.in_common > EXPLAINED or not evaluator.single:
+        return []
+    parts = {m.hypothesis.part for m in best.mistakes}
+    drifts = [h for h in evaluator.hypotheses if h.name in DRIFTS and not h.details and h.part not in parts]
+    least = DRIFT / evaluator.context.duration
+    programs = (search.proposals.ordered((*best.mistakes, Mistake(drift, least))) for drift in drifts)
+    found = [closing.refined(evaluator.explain(program)) for program in programs]
+    return [each for each in found if each.is_whole and each.without_drift(least).drift]
 
 
 def _without_drift(evaluator: Evaluator, ranked: Diagnosis) -> Diagnosis:
