@@ -18,10 +18,13 @@ def explained(file, scene, search_s=SEARCH_S):
     return {mistake.hypothesis.name: mistake.value for mistake in found.diagnosis.best.mistakes}
 
 
-def evaluator_of(file, scene):
-    """Return what evaluates mistakes against the rows of a file, and every mistake that there is."""
+def evaluator_of(file, scene, single=False):
+    """Return what evaluates mistakes against the rows of a file, and every mistake that there is.
+
+    single: the program may be of single precision.
+    """
     measured = measure(Trajectory(Path(file), scene, {}), scene)
     context = context_of(scene, 0, measured)
     every = hypotheses(context)
     scale = scale_of(measured.sample, scene)
-    return Evaluator(context, every, measured.sample, output_points(scene.body), scale), every
+    return Evaluator(context, every, measured.sample, output_points(scene.body), scale, single), every

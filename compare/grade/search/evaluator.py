@@ -33,6 +33,8 @@ USUAL_STEPS = 4
 NEARLY_DIGITS, NEARLY_SINGLE, SMALL_SHARE = 4.0, 3.0, 1e-3
 # Residuals of vertices that may be noise, over that of the centre, since the attitude may have more.
 MOST_NOISE = 100.0
+# What errors of vertices begin with, over the noise of the centre that rows allow.
+MOST_AT_FIRST = 10.0
 # Effects of single precision that may be seen in noise, over that.
 MOVED = (1.0, 0.25)
 # Steps in a row interval that a program may take.
@@ -258,7 +260,7 @@ class Evaluator:
     def _noise_at_first(self, errors: Array) -> float:
         """Return what errors of rows, (S, K, 3), begin with, in a coordinate [m]; 0 if that can be no noise."""
         noise_m = root_mean_square(errors[: FEWEST_PAIRS + 1]) / np.sqrt(3.0)
-        return noise_m if noise_m <= MOST_NOISE * self._most_noise_m else 0.0
+        return noise_m if noise_m <= MOST_AT_FIRST * self._most_noise_m else 0.0
 
     def _is_white(self, program: ProgramModel, errors: Array, scale: ResidualScale) -> bool:
         """Return whether a program's errors of the first rows, (R, K, 3), are white noise."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tumble.compare.grade.read.digits import digits, rounded_times, with_shared_format
+from tumble.compare.grade.read.digits import digits, rounded_times, with_exact_numbers, with_shared_format
 
 
 def test_figures_of_a_fixed_format_leave_half_of_their_last_place_open():
@@ -51,6 +51,56 @@ def test_a_short_column_is_taken_for_one_of_its_neighbours():
 
 def test_a_constant_column_says_nothing_of_rounding():
     assert digits(["1.5"] * 5).half(np.array([1.5]))[0] < 1e-15
+
+
+def test_lengths_in_centimetres_show_that_metres_were_of_single_precision():
+    metres = np.random.default_rng(1).normal(size=30).astype(np.float32).astype(float)
+    centimetres = [f"{100 * value:.9g}" for value in metres]
+    assert not digits(centimetres).single
+    assert digits(centimetres, 0.01).single
+    assert not digits([f"{value:.9g}" for value in np.random.default_rng(1).normal(size=30)], 0.01).single
+
+
+def columns_of(x):
+    """Return the formats of a column and of one of nine digits, and their numbers."""
+    cells = {
+        "x": [f"{value:.9g}" for value in x],
+        "q": [f"{value:.9g}" for value in np.sin(np.arange(1.0, len(x) + 1))],
+    }
+    return {name: digits(each) for name, each in cells.items()}, {
+        name: [*map(float, each)] for name, each in cells.items()
+    }
+
+
+def test_numbers_that_are_exact_in_few_decimals_are_as_precise_as_the_others():
+    """0.12 m/s over 0.02 s: no zeros are written at the end."""
+    formats, numbers = columns_of(0.5 + 0.0024 * np.arange(60.0))
+    assert formats["x"].half(np.array([0.5]))[0] == pytest.approx(5e-5)
+    found = with_exact_numbers(formats, [["x"], ["q"]], numbers)
+    assert found["x"].half(np.array([0.5]))[0] == pytest.approx(5e-10)
+    assert formats["x"].single
+    assert not found["x"].single, "of single precision, they would have nine digits"
+    assert found["q"] == formats["q"]
+
+
+@pytest.mark.parametrize(
+    "x",
+    [
+        pytest.param((0.5 + 0.001234 * np.arange(60.0)).round(4), id="rounded"),
+        pytest.param((0.5 + 0.0024 * np.minimum(np.arange(60.0), 40.0)).round(4), id="at rest at the end"),
+        pytest.param(0.5 + 0.0024 * np.arange(12.0), id="few rows"),
+    ],
+)
+def test_numbers_that_may_be_rounded_are_as_precise_as_they_look(x):
+    formats, numbers = columns_of(x)
+    assert with_exact_numbers(formats, [["x"], ["q"]], numbers) == formats
+
+
+def test_one_rounded_column_shows_that_its_neighbours_are_rounded_as_well():
+    formats, numbers = columns_of(0.5 + 0.0024 * np.arange(60.0))
+    y = (0.5 + 0.001234 * np.arange(60.0)).round(4)
+    formats["y"], numbers["y"] = digits([f"{value:.9g}" for value in y]), y.tolist()
+    assert with_exact_numbers(formats, [["x", "y"], ["q"]], numbers) == formats
 
 
 def test_an_even_clock_that_is_rounded_is_told_from_an_uneven_one():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tumble.compare.grade.measure.errors import golden_subsample
-from tumble.compare.grade.measure.noise import white_noise_m
+from tumble.compare.grade.measure.noise import most_noise_m, white_noise_m
 from tumble.scenarios.frames import rotation_matrix
 from tumble.scenarios.read import read_scene
 from tumble.scenarios.truth import truth
@@ -153,3 +153,21 @@ def test_the_centre_of_mass_shows_the_noise_wherever_the_vertices_are():
     places = times[:, None] * (1.0, 2.0, -3.0) + 1e-4 * random.standard_normal((101, 3))
     vertices = places[:, None] + np.einsum("tij,kj->tki", attitude, points)
     assert white_noise_m(times, vertices, points, np.empty(0)) == pytest.approx(1e-4, rel=0.35)
+
+
+def test_noise_is_at_most_what_rows_show_whatever_their_motion():
+    times, vertices = flown(200)
+    noise = 1e-4 * np.random.default_rng(7).standard_normal((200, 1, 3))
+    assert most_noise_m(times, vertices, SCENE.body.points, EVENTS) < 1e-7
+    assert most_noise_m(times, vertices + noise, SCENE.body.points, EVENTS) == pytest.approx(1e-4, rel=0.35)
+    reached = np.unique(0.02 * np.floor(times / 0.02 + 1e-9))
+    ticks = truth(replace(SCENE, times=reached[1:]), with_input_error=False).vertices[:, 0]
+    held = ticks[np.searchsorted(reached, times + 1e-9, side="right") - 1]
+    assert most_noise_m(times, held, SCENE.body.points, EVENTS) > 1e-3, "between ticks, rows do not exclude any"
+
+
+def test_too_few_rows_exclude_no_noise():
+    times, vertices = flown(60)
+    assert most_noise_m(times[:12], vertices[:12], SCENE.body.points, EVENTS) == np.inf
+    assert most_noise_m(times[:3], vertices[:3], SCENE.body.points, np.empty(0)) == np.inf
+    assert most_noise_m(times, vertices[:, :1], SCENE.body.points[:1], EVENTS) == np.inf, "one corner is no centre"

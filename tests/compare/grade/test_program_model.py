@@ -144,3 +144,14 @@ def test_a_leapfrog_that_stores_the_angular_momentum_has_no_gyroscopic_term_to_m
     rows = program.but(gyroscopic=0.0).simulate(TIMES)
     np.testing.assert_array_equal(rows, program.simulate(TIMES))
     assert np.abs(np.diff(rows[:, 15:18], axis=0)).max() > 1e-3
+
+
+def test_a_row_that_is_off_an_impulse_by_rounding_makes_no_step_of_its_own():
+    """Rows that are a step late come at 34/60 - 1/60 s, just before 33/60: a step from there would be one too many."""
+    scene = replace(read_scene("two-hits"), impulses=(replace(read_scene("two-hits").impulses[1], time=33 / 60),))
+    scheme = Scheme(1 / 60, QUATERNION, EXPLICIT, True, 1.0, normalise_every=20)
+    program = correct_program(scene, 0).but(scheme=scheme)
+    on_time = np.arange(60) / 60
+    late = np.array([(row + 1) / 60 - 1 / 60 for row in range(60)])
+    assert -1e-15 < late[33] - on_time[33] < 0.0
+    np.testing.assert_allclose(program.output(late).axes, program.output(on_time).axes, rtol=0.0, atol=1e-9)

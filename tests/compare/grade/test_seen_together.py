@@ -15,12 +15,14 @@ from tools.random_programs.program import Program as Drawn
 from tools.random_programs.scene import read as drawn_scene
 from tools.random_programs.scheme import Reading, Scheme
 from tumble.compare.grade.hypotheses.explanation import Mistake, step_divides
-from tumble.compare.grade.hypotheses.names import LOG_LAG
+from tumble.compare.grade.hypotheses.names import CLOCK_OFFSET, LOG_LAG
 from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
+from tumble.compare.grade.model.kernel.dynamics import AS_FORCE, LAST, LINEARLY
 from tumble.compare.grade.search.causal import Candidate, CausalSearch
 from tumble.compare.grade.search.changes import Effects
 from tumble.compare.grade.search.closing import Closing
 from tumble.compare.grade.search.diagnosis import _is_padded
+from tumble.compare.grade.search.proposals import first_values
 from tumble.compare.grade.search.simulations import SearchStopped
 from tumble.scenarios.read import read_scene, scene_path
 
@@ -182,3 +184,63 @@ def test_what_explains_a_part_of_anything_is_no_longer_there_when_a_detail_chang
     vague, (named,) = Mistake(replace(hypothesis("v"), vague=True)), mistakes_of("b")
     assert next(search._one_changed((vague, named))) == [(vague, named), (named,)]
     assert next(search._one_changed((named, named))) == [(named, named)]
+
+
+def test_a_symplectic_step_that_damps_last_is_tried_for_an_explicit_one_with_damping_as_a_force(tmp_path):
+    """They do nearly the same; neither the step nor the damping alone can change, since then v is off by a step."""
+    proposals = search_of(written(tmp_path, "two-hits", until=0.5), "two-hits").proposals
+    linear, last = (proposals.schemes.damping("linear", place, LINEARLY) for place in (AS_FORCE, LAST))
+    explicit, symplectic = (
+        Mistake(proposals.schemes.step(Step("explicit", "first order", explicit=each)), 0.005) for each in (True, False)
+    )
+    wanted = proposals.ordered((Mistake(last, 0.5), symplectic))
+    tried = {
+        step: [program for _, program in proposals._with_other_places((Mistake(linear, 0.5), step))]
+        for step in (explicit, symplectic)
+    }
+    assert wanted in tried[explicit]
+    assert tried[symplectic].count(wanted) == 1
+
+
+def test_a_step_that_fewer_rows_did_not_distinguish_is_sought_again_in_more_of_them(tmp_path, monkeypatch):
+    """Digits hide it at first: five steps a row do what four do."""
+    file = written(tmp_path, "two-hits", dt=RATE / 4, every=4, method="symplectic", until=1.5)
+    search = search_of(file, "two-hits")
+    wrong, right = (
+        (Mistake(search.proposals.schemes.step(Step("explicit", "first order")), RATE / parts),) for parts in (5, 4)
+    )
+    begun_in = {}
+
+    def seen(begun, then=()):
+        begun_in[search._until] = [search.proposals.ordered(each) for each in begun]
+        if len(begun_in) == 2:
+            raise SearchStopped
+        return [Candidate(wrong, 1.0, 1.0, True, 1.0, is_enough=True)]
+
+    monkeypatch.setattr(search, "_explored", seen)
+    monkeypatch.setattr(search, "_alone", list)
+    search.candidates(np.inf)
+    first, later = begun_in.values()
+    assert right not in first
+    assert right in later
+    assert len(later) == len(set(later))
+
+
+def test_a_clock_that_is_behind_is_tried_by_row_intervals(tmp_path):
+    """What a small change does shows no late rows: the first ones have not moved, and one ahead has no such rows."""
+    search = search_of(written(tmp_path, "two-hits", until=1.5), "two-hits")
+    [offset] = [h for h in search.proposals.hypotheses if h.name == CLOCK_OFFSET]
+    tried = first_values(offset, search._run(()))
+    spacing_s = search._context.spacing_s
+    assert {-rows * spacing_s for rows in (0.25, 0.5, 1.0, 2.0, 4.0)} <= set(tried)
+    assert len(tried) == len(set(tried)) < len(offset.values)
+
+
+@pytest.mark.parametrize("name", ["spin-cap", "speed-cap", "spin-cap-of-components", "speed-cap-of-components"])
+def test_a_limit_far_below_what_a_right_program_reaches_can_be_fitted(tmp_path, name):
+    """An impulse makes a spin of 90 rad/s, of which a program with a limit shows nothing."""
+    evaluator, every = evaluator_of(written(tmp_path, "two-hits", until=1.5), read_scene("two-hits"))
+    fastest = evaluator.context.speeds[0 if name.startswith("speed") else 1].max()
+    for limit in (h for h in every if h.name == name):
+        least, most = limit.bounds
+        assert least < 0.005 * fastest < fastest <= most * (1 + 1e-12)
