@@ -8,7 +8,16 @@ from explanations import explanation
 
 from tumble.compare.grade.hypotheses.explanation import Explanation, Mistake
 from tumble.compare.grade.hypotheses.hypothesis import Hypothesis
-from tumble.compare.grade.search.diagnosis import LEAST_HELP, MUCH_HELP, _as_good, _best, _distinct, _is_padded
+from tumble.compare.grade.search.diagnosis import (
+    DRIFT,
+    LEAST_HELP,
+    MUCH_HELP,
+    _as_good,
+    _best,
+    _distinct,
+    _is_padded,
+    _with_drift,
+)
 
 
 def with_detail(name, part, word, rms_m):
@@ -91,3 +100,49 @@ def test_of_explanations_that_single_precision_hides_one_with_plain_values_is_to
     assert _best(evaluator, first, [first, plain]) is plain
     assert _best(evaluator, plain, [plain, first]) is plain
     assert _as_good(evaluator, [replace(first, in_digits=1.0), plain]) == [], "all of its digits are right"
+
+
+def test_of_explanations_that_leave_noise_one_with_plain_values_is_told():
+    """Its residual is hardly larger: the odds are below e^2."""
+    evaluator = SimpleNamespace(cost=lambda mistakes: 1.0)
+    rate = Hypothesis("rate", "rate", "{}", lambda program, _: program, (0.1, 1.0))
+    first, plain, unlikely = (
+        replace(explanation("a", 1.0), mistakes=(Mistake(rate, value),), is_noise=True, weight=weight)
+        for value, weight in ((0.250312, 100.0), (0.25, 103.9), (0.3, 104.1))
+    )
+    other = replace(explanation("b", 1.0), is_noise=True, weight=100.1)
+    ranked = [first, other, plain, unlikely]
+    assert _as_good(evaluator, ranked) == [first, plain]
+    assert _best(evaluator, first, [first, plain]) is plain
+    assert _as_good(evaluator, [replace(first, is_noise=False), plain]) == [], "what is left of it is something else"
+
+
+GROWTH = Hypothesis(
+    "angular-damping-reversed", "angular damping", "{}", lambda p, _: p, (0.1, 1.0), unit="1/s", neutral=0.0
+)
+
+
+@pytest.mark.parametrize(
+    ("refined_rate", "changes", "is_found"),
+    [
+        (0.9 * DRIFT, {}, True),
+        (1.1 * DRIFT, {}, False),
+        (0.9 * DRIFT, {"within_floor": True}, False),
+        (0.9 * DRIFT, {"in_common": 2.1}, False),
+        (0.9 * DRIFT, {"mistakes": (Mistake(replace(GROWTH, name="other")),)}, False),
+    ],
+)
+def test_a_slow_growth_of_the_spin_is_sought_where_nothing_else_is_left(refined_rate, changes, is_found):
+    """The search took the rest for single precision, as of any program, but that of its own is less."""
+    best = replace(explanation("a", 1.0, in_common=1.9), **changes)
+    whole = replace(explanation("a", 0.1, nothing=True), mistakes=(*best.mistakes, Mistake(GROWTH, refined_rate)))
+    evaluator = SimpleNamespace(
+        single=True, hypotheses=[GROWTH], context=SimpleNamespace(duration=1.0), explain=lambda mistakes: mistakes
+    )
+    tried = []
+    closing = SimpleNamespace(refined=lambda mistakes: tried.append(mistakes) or whole)
+    search = SimpleNamespace(proposals=SimpleNamespace(ordered=tuple))
+    assert _with_drift(evaluator, best, closing, search) == [whole] * is_found
+    assert all(mistakes[: len(best.mistakes)] == best.mistakes for mistakes in tried)
+    evaluator.single = False
+    assert _with_drift(evaluator, best, closing, search) == []
