@@ -171,7 +171,7 @@ class Closing:
         That rounds the factor of a damping always in the same way, and a fitted value makes up for it.
         """
         if best.is_noise:
-            return other.is_whole and other.weight <= best.weight + NOISIER
+            return other.is_whole and (other.weight <= best.weight + NOISIER or is_rounded(other, best))
         as_good = self.is_as_good(other, best, LARGER_IF_PLAIN) or is_hidden(other, best)
         return as_good or is_rounded(other, best)
 
@@ -341,7 +341,7 @@ def is_rounded(other: Explanation, best: Explanation) -> bool:
     in whatever form, and a few roundings of its factor in each step make up for the difference.
     """
     is_plainer = other.names == best.names and other.odd_values < best.odd_values
-    if not is_plainer or not other.within_floor or needs_no_single(best, other):
+    if not is_plainer or not other.is_whole or needs_no_single(best, other):
         return False
     step_s = next((m.value for m in best.mistakes if m.hypothesis.part == STEPS), 0.0)
     plainer = {m.hypothesis.name: m for m in other.mistakes}

@@ -239,6 +239,10 @@ def test_a_value_so_near_to_a_plain_one_is_that_if_single_precision_allows_it(fi
     assert is_rounded(other, best) is is_told
     assert not is_rounded(replace(other, within_floor=False), best), "single precision does not allow it"
     assert not is_rounded(other, replace(best, in_digits=1.0)), "nothing is left for single precision"
+    closing = Closing.__new__(Closing)
+    noisy, plainer = (replace(each, within_floor=False, is_noise=True) for each in (best, replace(other, weight=99.0)))
+    assert closing._is_as_plain(plainer, noisy) is is_told, "single precision may round beside noise"
+    assert not closing._is_as_plain(replace(plainer, is_noise=False), noisy), "what it leaves is no noise"
 
 
 @pytest.mark.parametrize(
