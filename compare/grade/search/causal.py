@@ -9,7 +9,7 @@ import numpy as np
 from tumble.compare.grade.hypotheses.explanation import Mistake, Mistakes
 from tumble.compare.grade.hypotheses.hypothesis import NEAR, Hypothesis
 from tumble.compare.grade.hypotheses.mistakes.output import OUTPUT_PARTS
-from tumble.compare.grade.hypotheses.names import LOG_LAG
+from tumble.compare.grade.hypotheses.names import GRAVITY_SIZE, LOG_LAG
 from tumble.compare.grade.measure.significance import ALIKE, EXPLAINED
 from tumble.compare.grade.search.changes import LONG, RIGHT, Changes, best_of_each
 from tumble.compare.grade.search.clock import search_clock
@@ -64,6 +64,8 @@ HALF = 0.5
 DECISIVE = 0.5
 # Programs that are kept from one part of the run to the next, and that are tried with what the first one still needs.
 KEPT, SWAPPED = 3, 8
+# Programs whose centre moves otherwise that are fitted.
+MOVED = 6
 MOST_MISTAKES = 8
 # Share of the time that is left in which others as good as a program are looked for, before they are fitted.
 PROFILED = 0.75
@@ -585,12 +587,33 @@ class CausalSearch(Changes):
             if turned:
                 # What explained the translation of fewer rows may be wrong.
                 anew = tuple(filter(self._acts_on_rotation, begun[0]))
-                named = self._explored([*begun, *self._joined(begun, single)], [anew, *single])
+                moved = self._moved_otherwise(begun[0])
+                named = self._explored([*moved, *begun, *self._joined(begun, single)], [anew, *single])
             else:
                 named = self._explored([*begun, *single, *self._known], most_dives=1)
             return sorted((*pool, *named), key=lambda c: c.weight)
         finally:
             self._fit.is_free = True
+
+    def _moved_otherwise(self, mistakes: Mistakes) -> list[Mistakes]:
+        """Return the best programs in the same steps whose centre moves otherwise, if the steps do not explain that.
+
+        They may have linear damping as well, or gravity of another size.
+        """
+        programs = [] if self._fitted(mistakes).is_enough else list(self._proposals.with_other_centres(mistakes))
+        if not programs:
+            return []
+        errors, slopes = self._simulations.errors([mistakes])[0], self._all_slopes(mistakes, ("linear",))
+        taken = {m.hypothesis.part for m in mistakes}
+        sizes = [h for h in self._proposals.hypotheses if h.name == GRAVITY_SIZE and h.part not in taken]
+        larger = [(self._proposals.ordered((*mistakes, Mistake(h, 1.0))), h) for h in sizes]
+        slopes = np.concatenate((slopes, *self._fit.directions_of(larger, errors)))
+        best = self._nearest(programs, MOVED, slopes)
+        linear = self._proposals.damping("linear", mistakes)
+        damped = [()] if linear.part in taken else [(), (Mistake(linear, 0.0),)]
+        sized = [(), *((Mistake(h, 1.0),) for h in sizes)]
+        tried = [self._proposals.ordered((*one, *a, *b)) for one, a, b in product(best, damped, sized)]
+        return [fit.mistakes for _, fit in self._nearest_fits(tried, FIRST_STEPS, KEPT)]
 
     def _joined(self, several: Sequence[Mistakes], others: Sequence[Mistakes]) -> list[Mistakes]:
         """Return each of some programs with the mistakes of each of others, where those are of other parts."""

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import chain, product
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from tumble.compare.grade.hypotheses.hypothesis import NEAR, Context, Hypothesis
 from tumble.compare.grade.hypotheses.hypothesis import STEPS as STEPS_S
 from tumble.compare.grade.hypotheses.names import (
     CLOCK_OFFSET,
+    GRAVITY_DELAYED,
     GYROSCOPIC_TERM_MISSING,
     LOG_LAG,
     RARELY_NORMALISED,
@@ -38,6 +39,8 @@ ORDERS = {
     "midpoint": 2, "heun": 2, "velocity-verlet": 2, "ralston": 2, "runge-kutta-3": 3, "runge-kutta-3-shu-osher": 3,
     "runge-kutta-4": 4, "runge-kutta-4-three-eighths": 4,
 }  # fmt: skip
+# Parts of a program in which steps move the centre alone, and steps in which it has no gravity at first.
+CENTRE_IN_STEPS, IDLE = ("position step", "velocity axes"), (1, 2)
 # Substeps in which some programs move the centre.
 SUBSTEPS = (1, 2, 4, 8)
 # Rotations, and whether the quaternion is normalised; and gyroscopic terms of explicit steps.
@@ -348,6 +351,26 @@ class Proposals:
             if own.explicit:
                 symplectic = self.with_step(others, step, replace(own, explicit=False, other_axes=False))
                 yield ("place", step.hypothesis), self.ordered((*symplectic, *moved[LAST]))
+
+    def with_other_centres(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+        """Yield programs in the same steps whose centre moves otherwise in them.
+
+        It does in parts of a step, by another velocity, with gravity from a later step on, or with its velocity in
+        other axes; its damping may be elsewhere in the step.  One of these may hide another, and none turns the body.
+        """
+        for own, step in self._own_step(mistakes):
+            kept = tuple(m for m in mistakes if m.hypothesis.part not in (*CENTRE_IN_STEPS, "gravity start"))
+            every = [h for h in self.hypotheses if h.part in CENTRE_IN_STEPS]
+            ways = [
+                [(), *((Mistake(h),) for h in every if h.part == part)] for part in ("position step", "velocity axes")
+            ]
+            delayed = [h for h in self.hypotheses if h.name == GRAVITY_DELAYED]
+            ways.append([(), *((Mistake(h, steps * step.value),) for h in delayed for steps in IDLE)])
+            for placed in self.damped_anywhere(kept):
+                for substeps in (own.substeps,) if own.explicit else SUBSTEPS:
+                    program = self.with_step(placed, step, replace(own, substeps=substeps))
+                    for more in product(*ways):
+                        yield self.ordered((*program, *chain.from_iterable(more)))
 
     def _moves_events(self, tick: float, other: float) -> bool:
         """Whether impulses happen at other instants if they can at every other tick [s]."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_PLACES
 from tumble.compare.grade.hypotheses.hypothesis import STEPS, Context, Hypothesis, choice, grid
-from tumble.compare.grade.hypotheses.names import GRAVITY_DELAYED, PYBULLET_DAMPING, SPIN_CAP
+from tumble.compare.grade.hypotheses.names import GRAVITY_DELAYED, GRAVITY_SIZE, PYBULLET_DAMPING, SPIN_CAP
 from tumble.compare.grade.model.kernel.dynamics import (
     AS_FORCE,
     BEFORE_FORCES,
@@ -108,7 +108,7 @@ def _gravity(context: Context) -> Iterator[Hypothesis]:
         tuple(AXES[number] for number in others),
     )
     yield Hypothesis(
-        "gravity-wrong-magnitude",
+        GRAVITY_SIZE,
         "gravity",
         "gravity {} times its value",
         lambda program, factor: program.but(gravity=factor * gravity),
