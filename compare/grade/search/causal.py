@@ -64,8 +64,8 @@ HALF = 0.5
 DECISIVE = 0.5
 # Programs that are kept from one part of the run to the next, and that are tried with what the first one still needs.
 KEPT, SWAPPED = 3, 8
-# Programs whose centre moves otherwise that are fitted.
-MOVED = 6
+# Programs whose centre moves otherwise that are fitted; and the rate of linear damping that a fit begins at [1/s].
+MOVED, USUAL_RATE = 4, 0.1
 MOST_MISTAKES = 8
 # Share of the time that is left in which others as good as a program are looked for, before they are fitted.
 PROFILED = 0.75
@@ -600,20 +600,24 @@ class CausalSearch(Changes):
 
         They may have linear damping as well, or gravity of another size.
         """
-        programs = [] if self._fitted(mistakes).is_enough else list(self._proposals.with_other_centres(mistakes))
-        if not programs:
+        found = [] if self._fitted(mistakes).is_enough else list(self._proposals.with_other_centres(mistakes))
+        if not found:
             return []
-        errors, slopes = self._simulations.errors([mistakes])[0], self._all_slopes(mistakes, ("linear",))
-        taken = {m.hypothesis.part for m in mistakes}
+        taken, errors = {m.hypothesis.part for m in mistakes}, self._simulations.errors([mistakes])[0]
         sizes = [h for h in self._proposals.hypotheses if h.name == GRAVITY_SIZE and h.part not in taken]
-        larger = [(self._proposals.ordered((*mistakes, Mistake(h, 1.0))), h) for h in sizes]
-        slopes = np.concatenate((slopes, *self._fit.directions_of(larger, errors)))
-        best = self._nearest(programs, MOVED, slopes)
+        sized = [(self._proposals.ordered((*mistakes, Mistake(h, 1.0))), h) for h in sizes]
+        slopes = np.concatenate((self._slopes(mistakes), *self._fit.directions_of(sized, errors)))
+        tried = self._nearest(found, MOVED, slopes)
         linear = self._proposals.damping("linear", mistakes)
-        damped = [()] if linear.part in taken else [(), (Mistake(linear, 0.0),)]
-        sized = [(), *((Mistake(h, 1.0),) for h in sizes)]
-        tried = [self._proposals.ordered((*one, *a, *b)) for one, a, b in product(best, damped, sized)]
-        return [fit.mistakes for _, fit in self._nearest_fits(tried, FIRST_STEPS, KEPT)]
+        if linear.part not in taken:
+            # How fast it is depends on the rest too much to be estimated once for all.
+            damped = self._proposals.ordered((*mistakes, Mistake(linear, USUAL_RATE)))
+            several = list(self._proposals.with_other_centres(damped, in_parts=False))
+            tried += [program for program, _ in self._nearest_fits(several, 1, MOVED)]
+        every = [
+            self._proposals.ordered((*one, *(Mistake(h, 1.0) for h in some))) for one in tried for some in ((), sizes)
+        ]
+        return [fit.mistakes for _, fit in self._nearest_fits(list(dict.fromkeys(every)), FIRST_STEPS, KEPT)]
 
     def _joined(self, several: Sequence[Mistakes], others: Sequence[Mistakes]) -> list[Mistakes]:
         """Return each of some programs with the mistakes of each of others, where those are of other parts."""

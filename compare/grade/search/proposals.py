@@ -3,7 +3,7 @@
 import math
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, product
+from itertools import product
 
 import numpy as np
 
@@ -352,25 +352,25 @@ class Proposals:
                 symplectic = self.with_step(others, step, replace(own, explicit=False, other_axes=False))
                 yield ("place", step.hypothesis), self.ordered((*symplectic, *moved[LAST]))
 
-    def with_other_centres(self, mistakes: Mistakes) -> Iterator[Mistakes]:
+    def with_other_centres(self, mistakes: Mistakes, in_parts: bool = True) -> Iterator[Mistakes]:
         """Yield programs in the same steps whose centre moves otherwise in them.
 
-        It does in parts of a step, by another velocity, with gravity from a later step on, or with its velocity in
-        other axes; its damping may be elsewhere in the step.  One of these may hide another, and none turns the body.
+        It does by another velocity, with gravity from a later step on or, if `in_parts`, in parts of a step or with its
+        velocity in other axes; its damping may be elsewhere in the step.  One of these may hide another, and none turns
+        the body.
         """
         for own, step in self._own_step(mistakes):
             kept = tuple(m for m in mistakes if m.hypothesis.part not in (*CENTRE_IN_STEPS, "gravity start"))
-            every = [h for h in self.hypotheses if h.part in CENTRE_IN_STEPS]
-            ways = [
-                [(), *((Mistake(h),) for h in every if h.part == part)] for part in ("position step", "velocity axes")
-            ]
+            position, axes = ([h for h in self.hypotheses if h.part == part] for part in CENTRE_IN_STEPS)
             delayed = [h for h in self.hypotheses if h.name == GRAVITY_DELAYED]
-            ways.append([(), *((Mistake(h, steps * step.value),) for h in delayed for steps in IDLE)])
-            for placed in self.damped_anywhere(kept):
-                for substeps in (own.substeps,) if own.explicit else SUBSTEPS:
-                    program = self.with_step(placed, step, replace(own, substeps=substeps))
-                    for more in product(*ways):
-                        yield self.ordered((*program, *chain.from_iterable(more)))
+            updates = [(), *((Mistake(h),) for h in position)]
+            starts = [(), *((Mistake(h, idle * step.value),) for h, idle in product(delayed, IDLE))]
+            stores = [(1, (Mistake(h),)) for h in axes if in_parts]
+            parts = [(substeps, ()) for substeps in (SUBSTEPS if in_parts and not own.explicit else (own.substeps,))]
+            for placed, (substeps, stored) in product(self.damped_anywhere(kept), (*parts, *stores)):
+                program = self.with_step(placed, step, replace(own, substeps=substeps))
+                for update, start in product(updates, starts):
+                    yield self.ordered((*program, *stored, *update, *start))
 
     def _moves_events(self, tick: float, other: float) -> bool:
         """Whether impulses happen at other instants if they can at every other tick [s]."""

@@ -13,7 +13,7 @@ from programs import Program, Simulation, read, write
 from tools.random_programs.dialect import Dialect
 from tools.random_programs.program import Program as Drawn
 from tools.random_programs.scene import read as drawn_scene
-from tools.random_programs.scheme import Reading, Scheme
+from tools.random_programs.scheme import Damping, Reading, Scheme
 from tumble.compare.grade.hypotheses.explanation import Mistake, step_divides
 from tumble.compare.grade.hypotheses.names import CLOCK_OFFSET, LOG_LAG
 from tumble.compare.grade.hypotheses.scheme_hypotheses import Step
@@ -244,3 +244,29 @@ def test_a_limit_far_below_what_a_right_program_reaches_can_be_fitted(tmp_path, 
     for limit in (h for h in every if h.name == name):
         least, most = limit.bounds
         assert least < 0.005 * fastest < fastest <= most * (1 + 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "expected"),
+    [
+        pytest.param({"moves": "parabola", "idle": 1}, {"wrong-position-update", "gravity-delayed"}, id="idle"),
+        pytest.param(
+            {"moves": "parabola", "damping": Damping(linear=0.2, where="after")},
+            {"wrong-position-update", "linear-damping"},
+            id="damped",
+        ),
+        pytest.param({"centre": 4, "idle": 1}, {"gravity-delayed"}, id="substeps"),
+        pytest.param({"velocity": "body", "idle": 2}, {"velocity-in-body-axes", "gravity-delayed"}, id="axes"),
+    ],
+)
+def test_how_steps_move_the_centre_is_sought_in_all_its_ways_at_once(tmp_path, scheme, expected):
+    """One may hide the other: gravity that begins a step late undoes half of what another velocity does."""
+    euler = {"dt": RATE, "spacing": RATE, "gyroscopic": "explicit", "turning": "first order"}
+    search = search_of(drawn_file(tmp_path, "brick-tumble", **euler, **scheme), "brick-tumble")
+    search._fit.is_free = False
+    step = (Mistake(search.proposals.schemes.step(Step("explicit", "first order")), RATE),)
+    best, *_ = search._moved_otherwise(step)
+    assert {m.hypothesis.name for m in best} == {"symplectic-euler", *expected}
+    assert search._fitted(best).is_whole
+    assert not search._fitted(step).is_whole
+    assert search._moved_otherwise(best) == [], "nothing is left to explain"
