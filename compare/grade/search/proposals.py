@@ -334,7 +334,7 @@ class Proposals:
                 yield self.ordered((*mistakes, Mistake(self._recovered)))
 
     def _with_other_places(self, mistakes: Mistakes) -> Iterator[tuple[object, Mistakes]]:
-        """Yield programs whose damping is elsewhere in the step."""
+        """Yield programs whose damping is elsewhere in the step; and one that does nearly what an explicit one does."""
         damping = [m for m in mistakes if m.hypothesis.name in PLAIN_DAMPING]
         if not damping or not any(m.hypothesis.part == STEPS for m in mistakes):
             return
@@ -346,7 +346,7 @@ class Proposals:
         }
         for place in DAMPING_PLACES:
             yield ("place", place), self.ordered((*others, *moved[place]))
-        # An explicit step with damping as a force is nearly a symplectic one that damps after it has moved the body.
+        # That with damping as a force is nearly a symplectic step that damps after it has moved the body.
         for own, step in self._own_step(others):
             if own.explicit:
                 symplectic = self.with_step(others, step, replace(own, explicit=False, other_axes=False))
