@@ -600,8 +600,8 @@ class CausalSearch(Changes):
 
         They may have linear damping as well, or gravity of another size.
         """
-        found = [] if self._fitted(mistakes).is_enough else list(self._proposals.with_other_centres(mistakes))
-        if not found:
+        found = [] if self._fitted(mistakes).is_enough else self._proposals.with_other_centres(mistakes)
+        if not (found := self._turning_as_well(mistakes, list(dict.fromkeys(found)))):
             return []
         taken, errors = {m.hypothesis.part for m in mistakes}, self._simulations.errors([mistakes])[0]
         sizes = [h for h in self._proposals.hypotheses if h.name == GRAVITY_SIZE and h.part not in taken]
@@ -612,12 +612,14 @@ class CausalSearch(Changes):
         if linear.part not in taken:
             # How fast it is depends on the rest too much to be estimated once for all.
             damped = self._proposals.ordered((*mistakes, Mistake(linear, USUAL_RATE)))
-            several = list(self._proposals.with_other_centres(damped, in_parts=False))
+            several = self._turning_as_well(damped, list(self._proposals.with_other_centres(damped, in_parts=False)))
             tried += [program for program, _ in self._nearest_fits(several, 1, MOVED)]
         every = [
             self._proposals.ordered((*one, *(Mistake(h, 1.0) for h in some))) for one in tried for some in ((), sizes)
         ]
-        return [fit.mistakes for _, fit in self._nearest_fits(list(dict.fromkeys(every)), FIRST_STEPS, KEPT)]
+        nearest = self._nearest_fits(list(dict.fromkeys(every)), FIRST_STEPS, KEPT)
+        # Of what leaves more, the next change is better sought one by one.
+        return [fit.mistakes for _, fit in nearest if self._candidate(fit).is_enough]
 
     def _joined(self, several: Sequence[Mistakes], others: Sequence[Mistakes]) -> list[Mistakes]:
         """Return each of some programs with the mistakes of each of others, where those are of other parts."""

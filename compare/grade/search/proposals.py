@@ -66,7 +66,7 @@ MOST_VALUES, MOST_IF_LINEAR = 9, 5
 # which the first ones have not moved.
 LATEST = 4
 # Times that are tried in a run; and shares by which limits are below what the program reaches.
-ROWS_LATE = (0.25, 0.5, 1, 2, 3, 4, 6)
+ROWS_LATE = (0.03, 0.1, 0.25, 0.5, 1, 2, 3, 4, 6)
 TIMES, BELOW = 12, (0.003, 0.01, 0.03, 0.07, 0.15, 0.3, 0.5, 0.7)
 # Row intervals before the first row at rest at which a body may have stopped.
 RESTED = (0.0, 0.25, 0.5, 0.75)
@@ -365,10 +365,13 @@ class Proposals:
             delayed = [h for h in self.hypotheses if h.name == GRAVITY_DELAYED]
             updates = [(), *((Mistake(h),) for h in position)]
             starts = [(), *((Mistake(h, idle * step.value),) for h, idle in product(delayed, IDLE))]
-            stores = [(1, (Mistake(h),)) for h in axes if in_parts]
-            parts = [(substeps, ()) for substeps in (SUBSTEPS if in_parts and not own.explicit else (own.substeps,))]
-            for placed, (substeps, stored) in product(self.damped_anywhere(kept), (*parts, *stores)):
-                program = self.with_step(placed, step, replace(own, substeps=substeps))
+            # Rotations without a gyroscopic term, or of a stored angular momentum, are the same in explicit steps.
+            steps = [own, replace(own, explicit=False, other_axes=False)] if own.explicit else [own]
+            parts = [(replace(each, substeps=count), ()) for each in steps for count in SUBSTEPS if not each.explicit]
+            stores = [(replace(each, substeps=1), (Mistake(h),)) for each in steps for h in axes]
+            ways = [*((each, ()) for each in steps), *((*parts, *stores) if in_parts else ())]
+            for placed, (way, stored) in product(self.damped_anywhere(kept), ways):
+                program = self.with_step(placed, step, way)
                 for update, start in product(updates, starts):
                     yield self.ordered((*program, *stored, *update, *start))
 

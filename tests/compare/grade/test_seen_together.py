@@ -169,6 +169,7 @@ def test_what_moves_the_centre_alone_is_sought_anew_once_the_rotation_is_explain
     search._effects = {m.hypothesis: Effects(np.array(each), np.array((False, False))) for m, each in acts.items()}
     search._fit = SimpleNamespace(is_free=True)
     search._explored = lambda begun, then: tried.append((list(begun), list(then))) or []
+    search._moved_otherwise = lambda mistakes: []
     search._named([Candidate((centre, rotation), 1.0, 1.0, True, 1.0, is_enough=True)], [])
     assert tried == [([(centre, rotation)], [(rotation,)])]
 
@@ -270,3 +271,27 @@ def test_how_steps_move_the_centre_is_sought_in_all_its_ways_at_once(tmp_path, s
     assert search._fitted(best).is_whole
     assert not search._fitted(step).is_whole
     assert search._moved_otherwise(best) == [], "nothing is left to explain"
+
+
+def test_an_explicit_step_that_turns_the_body_alike_gives_way_to_a_symplectic_one(tmp_path):
+    """With a stored angular momentum nothing else tells them apart: the other velocity for x is then no mistake."""
+    euler = {"dt": RATE, "spacing": RATE, "keeps": "momentum"}
+    damping = Damping(linear=0.2, where="after")
+    search = search_of(drawn_file(tmp_path, "brick-tumble", **euler, damping=damping), "brick-tumble")
+    search._fit.is_free = False
+    schemes = search.proposals.schemes
+    explicit, symplectic = (schemes.step(Step("momentum", "exponential", explicit=each)) for each in (True, False))
+    best, *_ = search._moved_otherwise((Mistake(explicit, RATE),))
+    assert {m.hypothesis.name for m in best} == {"symplectic-euler", "linear-damping"}
+    assert symplectic in {m.hypothesis for m in best}
+
+
+def test_an_impulse_that_acts_twice_may_do_so_within_a_row_interval(tmp_path):
+    """Its second one comes a step later, not a row."""
+    evaluator, every = evaluator_of(written(tmp_path, "two-hits", until=1.5), read_scene("two-hits"))
+    [again] = [h for h in every if h.name == "impulses-repeated"]
+    search = CausalSearch(evaluator)
+    search._begin(search._horizons()[0])
+    spacing_s = evaluator.context.spacing_s
+    assert again.bounds[0] <= 0.02 * spacing_s
+    assert any(0.0 < value < 0.05 * spacing_s for value in first_values(again, search._run(())))

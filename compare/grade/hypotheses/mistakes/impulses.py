@@ -300,7 +300,7 @@ def _strengths(context: Context) -> Iterator[Hypothesis]:
 def _times(context: Context) -> Iterator[Hypothesis]:
     """Yield that all of several impulses are late, and that all act twice."""
     impulses, spacing = context.program.impulses, context.spacing_s
-    late = (*(spacing * part for part in (0.25, 0.5, 1.0, 2.0, 3.0)), 0.05 * context.duration)
+    late = (*(spacing * part for part in (0.02, 0.1, 0.25, 0.5, 1.0, 2.0, 3.0)), 0.05 * context.duration)
     kinds = [("impulses-repeated", "added impulse", "each impulse acts again {} s later", impulses)]
     if len(impulses) > 1:
         kinds.append(("impulses-late", "impulse time", "all impulses act {} s late", ()))
