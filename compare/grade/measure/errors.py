@@ -447,12 +447,15 @@ def _may_be_single(trajectory: Trajectory) -> bool:
 
     Vertices, matrices, angles and lengths in another unit are computed when they are written, perhaps in double
     precision; beside angles the centre counts.  If the quaternion refutes it, the centre counts only if it could do so
-    too: the round numbers of a free flight from round values could not.
+    too: the round numbers of a free flight from round values could not.  So does one coordinate, if others refute it:
+    they may be in other axes, into which a program turns them when it writes.
     """
     description = trajectory.descriptions[0]
     if description.kind in ("vertices", "matrix") or any(
         trajectory.columns[name].factor != 1.0 for name in CENTRE if name in trajectory.columns
     ):
+        return True
+    if any(each.single and each.is_telling and each.place for each in _centre(trajectory)):
         return True
     unrefuted = _unrefuted(trajectory)
     if ANGLES[0] in trajectory.columns:
@@ -460,6 +463,11 @@ def _may_be_single(trajectory: Trajectory) -> bool:
     if QUATERNION[0] in trajectory.columns and unrefuted.keys() <= set(CENTRE):
         return any(one.is_telling for one in unrefuted.values())
     return any(one.place or one.is_telling for one in unrefuted.values())
+
+
+def _centre(trajectory: Trajectory) -> list[Digits]:
+    """Return the print formats of the coordinates of the centre."""
+    return [trajectory.digits[name] for name in CENTRE if name in trajectory.columns]
 
 
 def _unrefuted(trajectory: Trajectory) -> dict[str, Digits]:

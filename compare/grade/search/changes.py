@@ -13,7 +13,15 @@ from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.search.kernels import first_alike
 from tumble.compare.grade.search.least_squares import Fitting
 from tumble.compare.grade.search.parts import Parts
-from tumble.compare.grade.search.proposals import DAMPED, MOST_STEPS, STEPS, Proposals, Run, SchemeKind
+from tumble.compare.grade.search.proposals import (
+    DAMPED,
+    MOST_STEPS,
+    OF_METHODS,
+    STEPS,
+    Proposals,
+    Run,
+    SchemeKind,
+)
 from tumble.compare.grade.search.shells import finite
 from tumble.scenarios.frames import Array
 
@@ -226,6 +234,9 @@ class Changes(Parts):
         tried = [
             (kind, self._upon(kind, s)) for kind in kinds if not self._proposals.recovers(kind.others) for s in long
         ]
+        # Methods that agree in short steps differ most in these.
+        fewer = self._proposals.long_steps(mistakes, self._until, LONG * turn_s, OF_METHODS)
+        tried += [(kind, self._upon(kind, s)) for kind in filter(self._proposals.is_method, kinds) for s in fewer]
         if gained < hoped:
             return tried
         wanted += tried

@@ -82,7 +82,7 @@ NEXT, CLOSE, WIDE = 2, 0.1, 0.7
 # Parts of the longest step with which one is looked for that has the scene's events at its ticks.
 FIRST = (1, 2, 3, 4, 5)
 # Parts that are tried even if they seem too long.
-ALWAYS = (1, 2)
+ALWAYS, OF_METHODS = (1, 2), (3, 4)
 # Steps that differ from another by less than this factor are similar.
 SIMILAR = 1.7
 # Steps of short programs, in which a mistake may happen elsewhere.
@@ -500,9 +500,9 @@ class Proposals:
         found = dict.fromkeys([*(interval / part for part in (*ALWAYS, *usual, nearest)), *others])
         return [step for step in found if until <= MOST_STEPS * step]
 
-    def long_steps(self, mistakes: Mistakes, until: float, longer: float) -> list[float]:
-        """Return the longest steps that a program may take [s], if they are longer than a length."""
-        steps = [self._interval(mistakes) / part for part in ALWAYS]
+    def long_steps(self, mistakes: Mistakes, until: float, longer: float, parts: Sequence[int] = ALWAYS) -> list[float]:
+        """Return the longest steps that a program may take [s], parts of an interval, if longer than a length."""
+        steps = [self._interval(mistakes) / part for part in parts]
         return [step for step in steps if step > longer and until <= MOST_STEPS * step]
 
     def short_steps(self, until: float) -> list[float]:
