@@ -295,3 +295,14 @@ def test_an_impulse_that_acts_twice_may_do_so_within_a_row_interval(tmp_path):
     spacing_s = evaluator.context.spacing_s
     assert again.bounds[0] <= 0.02 * spacing_s
     assert any(0.0 < value < 0.05 * spacing_s for value in first_values(again, search._run(())))
+
+
+def test_methods_that_agree_in_short_steps_are_told_apart_in_long_ones(tmp_path):
+    """In steps of more than a radian each of them does something else, also in a third or a fourth of a row."""
+    file = drawn_file(tmp_path, "spin-fast", dt=0.005, spacing=0.05, method="order 4")
+    search = search_of(file, "spin-fast")
+    [world] = [h for h in search.proposals._methods if h.name == "runge-kutta-4" and h.text.endswith("w in world axes")]
+    steps = {
+        round(0.05 / m.value, 6) for _, program in search._upon_steps(()) for m in program if m.hypothesis is world
+    }
+    assert {1, 2, 3, 4} <= steps

@@ -117,6 +117,16 @@ def test_round_numbers_do_not_speak_for_single_precision(tmp_path, attitude, cen
     assert measure(Trajectory(file, scene, {}), scene).may_be_single is may_be
 
 
+@pytest.mark.parametrize(("coordinate", "may_be"), [(np.float64, False), (np.float32, True)])
+def test_one_coordinate_of_single_precision_shows_that_a_program_may_be_of_that(tmp_path, coordinate, may_be):
+    """It may turn the others, and the attitude, into other axes in double precision when it writes them."""
+    states = Reference(scene := read_scene("two-hits")).states(0, times := np.arange(51) * 0.02)
+    x, q = states[:, :3].copy(), states[:, 3:7]
+    x[:, 2] = x[:, 2].astype(coordinate)
+    file = write_poses(tmp_path / "turned.csv", times, x, q, form="%.9g")
+    assert measure(Trajectory(file, scene, {}), scene).may_be_single is may_be
+
+
 @pytest.mark.parametrize(("centre", "may_be"), [(None, True), (np.float64, False), (np.float32, True)])
 def test_angles_do_not_speak_against_single_precision(tmp_path, centre, may_be):
     """A program converts its attitude to angles when it writes them, perhaps in double precision; None: it rests."""
