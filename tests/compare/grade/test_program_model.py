@@ -18,7 +18,7 @@ from tumble.compare.grade.model.kernel.dynamics import (
     VERLET,
     Scheme,
 )
-from tumble.compare.grade.model.kernel.reading import LINEAR, SLERP
+from tumble.compare.grade.model.kernel.reading import EXTRAPOLATED, LINEAR, SLERP
 from tumble.compare.grade.model.program_model import (
     FINE,
     Clock,
@@ -155,3 +155,34 @@ def test_a_row_that_is_off_an_impulse_by_rounding_makes_no_step_of_its_own():
     late = np.array([(row + 1) / 60 - 1 / 60 for row in range(60)])
     assert -1e-15 < late[33] - on_time[33] < 0.0
     np.testing.assert_allclose(program.output(late).axes, program.output(on_time).axes, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("form", "share"),
+    [(LINEARLY, 1 - 0.5 * STEP), (EXPONENTIALLY, np.exp(-0.5 * STEP)), (IMPLICITLY, 1 / (1 + 0.5 * STEP))],
+)
+def test_dry_friction_acts_beside_damping_of_every_form(form, share):
+    """Dry friction takes as much of a speed in each step, damping a share of it."""
+    friction, speed = 2.0, 5.0
+    program = stepped(TUMBLE, damping=(0.5, 0.0, 0.0, 0.0, 0.0), drag=(friction, 0.0, 0.0, 0.0))
+    program = program.but(damping_form=form, damping_place=LAST, gravity=np.zeros(3), impulses=())
+    start = program.start.copy()
+    start[7:10] = (speed, 0.0, 0.0)
+    rows = program.but(start=start).simulate(np.arange(4) * STEP)
+    expected = speed
+    for row in rows[1:]:
+        # The linear form takes both of the same speed; the others take the share first.
+        expected = expected * share - friction * STEP
+        assert row[12] == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_row_that_is_moved_on_keeps_the_length_of_its_quaternion():
+    scheme = Scheme(STEP, QUATERNION, EXPLICIT, True, 1.0, normalise_every=20)
+    clock = Clock(tick=STEP, interpolation=EXTRAPOLATED)
+    program = correct_program(TUMBLE, 0).but(scheme=scheme, clock=clock)
+    on_tick, later = (
+        np.linalg.det(program.output(times).axes)
+        for times in (np.arange(1, 12) * STEP, np.arange(1, 12) * STEP + 0.4 * STEP)
+    )
+    assert on_tick[-1] > 1.01, "it grows until it is normalised"
+    np.testing.assert_allclose(later, on_tick, rtol=1e-9)

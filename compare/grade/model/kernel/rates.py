@@ -139,14 +139,13 @@ def _friction(c: float, speed: float, step: float) -> float:
 
 
 @inlined
-def damped(
+def _slowed(
     v: Vector, w: Vector, dt: float, step: float, old_v: Vector, old_w: Vector, q: Quaternion, dynamics: Dynamics
 ) -> tuple[Vector, Vector]:
-    """Return v and w after damping for dt [s] as a force, from the old velocities.
+    """Return v and w after dt [s] of all damping but that in proportion to a velocity, from the old velocities.
 
     step: length [s] of the program's step.
     """
-    d0, d1, d2, d3, d4 = dynamics.damping
     if not dynamics.is_usual:
         c0, c1, c2, c3 = dynamics.drag
         speed, spin = math.sqrt(dot(old_v, old_v)), math.sqrt(dot(old_w, old_w))
@@ -159,11 +158,24 @@ def damped(
         v = add(v, scale(-dt, times(of_v, old_v)))
         braked = add(times(of_body, old_w), rotate_back(q, times(of_world, rotate(q, old_w))))
         w = add(w, scale(-dt, braked))
-    if d0 + d1 + d2 + d3 + d4 == 0.0:
+    torque = dynamics.damping[4]
+    return v, w if torque == 0.0 else add(w, scale(-dt * torque, divided(old_w, dynamics.moments)))
+
+
+@inlined
+def damped(
+    v: Vector, w: Vector, dt: float, step: float, old_v: Vector, old_w: Vector, q: Quaternion, dynamics: Dynamics
+) -> tuple[Vector, Vector]:
+    """Return v and w after damping for dt [s] as a force, from the old velocities.
+
+    step: length [s] of the program's step.
+    """
+    v, w = _slowed(v, w, dt, step, old_v, old_w, q, dynamics)
+    d0, d1, d2, d3, _ = dynamics.damping
+    if d0 + d1 + d2 + d3 == 0.0:
         return v, w
     slow, brake = d0 + d1 * math.sqrt(dot(old_v, old_v)), d2 + d3 * math.sqrt(dot(old_w, old_w))
-    w = add(add(w, scale(-dt * brake, old_w)), scale(-dt * d4, divided(old_w, dynamics.moments)))
-    return add(v, scale(-dt * slow, old_v)), w
+    return add(v, scale(-dt * slow, old_v)), add(w, scale(-dt * brake, old_w))
 
 
 @borrowing
@@ -174,8 +186,10 @@ def decayed(v: Vector, w: Vector, dt: float, q: Quaternion, dynamics: Dynamics) 
     d0, d1, d2, d3, _ = dynamics.damping
     slow, brake = dt * (d0 + d1 * math.sqrt(dot(v, v))), dt * (d2 + d3 * math.sqrt(dot(w, w)))
     if dynamics.damping_form == EXPONENTIALLY:
-        return scale(math.exp(-slow), v), scale(math.exp(-brake), w)
-    return scale(1.0 / (1.0 + slow), v), scale(1.0 / (1.0 + brake), w)
+        v, w = scale(math.exp(-slow), v), scale(math.exp(-brake), w)
+    else:
+        v, w = scale(1.0 / (1.0 + slow), v), scale(1.0 / (1.0 + brake), w)
+    return _slowed(v, w, dt, dt, v, w, q, dynamics)
 
 
 @borrowing

@@ -62,20 +62,21 @@ def between_ticks(rows: Array, first: Array, fraction: Array, tick: float, kind:
             w, x = one * q[0] + sign * other * after[Q], one * q[1] + sign * other * after[Q + 1]
             y, z = one * q[2] + sign * other * after[Q + 2], one * q[3] + sign * other * after[Q + 3]
         found[number, Q], found[number, Q + 1], found[number, Q + 2], found[number, Q + 3] = w, x, y, z
-        size = np.sqrt(w * w + x * x + y * y + z * z)
+        # What is moved on keeps the length of its quaternion, as what is written at a tick does.
+        size = 1.0 if kind == EXTRAPOLATED else np.sqrt(w * w + x * x + y * y + z * z)
         w, x, y, z = w / size, x / size, y / size, z / size
         found[number, 3], found[number, 4], found[number, 5] = (
-            1 - 2 * (y * y + z * z),
+            w * w + x * x - y * y - z * z,
             2 * (x * y - w * z),
             2 * (x * z + w * y),
         )
         found[number, 6], found[number, 7], found[number, 8] = (
             2 * (x * y + w * z),
-            1 - 2 * (x * x + z * z),
+            w * w - x * x + y * y - z * z,
             2 * (y * z - w * x),
         )
         found[number, 9], found[number, 10], found[number, 11] = (
             2 * (x * z - w * y),
             2 * (y * z + w * x),
-            1 - 2 * (x * x + y * y),
+            w * w - x * x - y * y + z * z,
         )
