@@ -8,11 +8,14 @@ from pose_files import write_poses
 from programs import Program, fly, multiply, read, write
 from scipy.spatial.transform import Rotation
 
+from tools.random_programs.program import Program as Drawn
+from tools.random_programs.scene import read as drawn_scene
+from tools.random_programs.scheme import Scheme as DrawnScheme
 from tumble.compare.grade.grade import context_of, grade, scale_of
 from tumble.compare.grade.measure.errors import measure
 from tumble.compare.grade.measure.significance import EXPLAINED
 from tumble.compare.grade.measure.single_precision import single_floor, stepwise
-from tumble.compare.grade.model.kernel.dynamics import EXPLICIT, EXPONENTIAL, Scheme
+from tumble.compare.grade.model.kernel.dynamics import ALONG_SCREW, EXPLICIT, EXPONENTIAL, IN_BODY_AXES, Scheme
 from tumble.compare.grade.model.program_model import FINE, correct_program, output_points
 from tumble.compare.grade.model.reference import Reference
 from tumble.compare.grade.read.conventions import Conventions
@@ -21,7 +24,7 @@ from tumble.compare.grade.search.evaluator import Evaluator
 from tumble.compare.grade.verdicts import EXPLAINED_WHOLLY, TOO_LITTLE
 from tumble.reports.grade import headline
 from tumble.scenarios.frames import rotation_matrix
-from tumble.scenarios.read import read_scene
+from tumble.scenarios.read import read_scene, scene_path
 
 CATALOGUE = Path(__file__).parents[3] / "scenarios" / "catalogue"
 # Of what is allowed.  Of 432 other programs in steps of their own, the worst cost 0.58, and half of them 0.1 to 0.25.
@@ -73,6 +76,23 @@ def recovered_run(number, start, dt, count):
         q = new
         found.append(q)
     return np.array(found, dtype=float)
+
+
+@pytest.mark.parametrize(("axes", "kind"), [("body", IN_BODY_AXES), ("screw", ALONG_SCREW)])
+@pytest.mark.parametrize("scene", ["die-vertex", "yardstick"])
+def test_what_single_precision_costs_a_velocity_in_body_axes_is_allowed(scene, axes, kind):
+    """Each step turns it back, which makes it a little longer or shorter, always alike."""
+    throw, own = drawn_scene(scene_path(scene).read_text(), scene), read_scene(scene)
+    drawn = [
+        Drawn(DrawnScheme(dt=STEP, spacing=STEP, gyroscopic="explicit", velocity=axes, single=each)).rows(throw)
+        for each in (True, False)
+    ]
+    scheme = Scheme(STEP, EXPONENTIAL, EXPLICIT, True, 1.0, velocity_axes=kind)
+    times = np.arange(int(own.duration / STEP)) * STEP
+    allowed = EXPLAINED * single_floor(correct_program(own, 0).but(scheme=scheme), times, own.body.points)
+    off = np.linalg.norm(drawn[0].x - drawn[1].x, axis=1)[: len(times)]
+    share = np.sqrt(np.square(off).mean() / np.square(allowed).mean())
+    assert LEAST < share < MOST
 
 
 def test_what_single_precision_costs_is_in_the_units_of_the_file():
