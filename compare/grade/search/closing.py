@@ -231,10 +231,7 @@ class Closing:
                 best = self._first_as_good(best, _along_axes(best.mistakes, mistake))
             elif hypothesis.fitted and hypothesis.part != STEPS and not is_damping:
                 best = self._first_as_good(best, self._plainer(best.mistakes, mistake))
-        # Single precision may hide which of the forms it is; what that leaves is no reason to take the first.
-        others = self._explained(dict.fromkeys(self._plainer_damping(best.mistakes)))
-        as_good = [other for other in others if self._is_as_plain(other, best)]
-        return min(as_good, key=lambda each: (each.odd_values, each.weight), default=best)
+        return self._first_as_good(best, self._plainer_damping(best.mistakes))
 
     def _first_as_good(self, best: Explanation, others: Iterable[Mistakes]) -> Explanation:
         """Return the first of other explanations, with plainer values, that fits nearly as well, if one does."""

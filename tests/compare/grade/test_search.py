@@ -656,24 +656,3 @@ def test_what_explains_the_rotation_is_joined_with_what_explains_most_of_all(tmp
     assert search._joined([lever], [velocity, doubled]) == [
         search.proposals.ordered((*lever, *other)) for other in (velocity, doubled)
     ]
-
-
-def test_of_forms_of_damping_that_single_precision_hides_the_likeliest_is_told():
-    """An odd value is told in none of them."""
-    rate = Hypothesis("rate", "rate", "{}", lambda program, _: program, (0.01, 1.0))
-    fitted, linear, exponential, odd = (
-        replace(FITTED, mistakes=(Mistake(rate, value),), weight=weight, in_floors=0.3)
-        for value, weight in ((0.099912, 9.0), (0.1, 5.0), (0.1, 3.0), (0.099954, 1.0))
-    )
-    closing = Closing.__new__(Closing)
-    closing._evaluator = SimpleNamespace(scale=SimpleNamespace(floor_m=0.1))
-    closing._plainer_damping = lambda mistakes: iter(("linear", "exponential", "linear", "odd", "far"))
-    far = replace(linear, within_floor=False, weight=0.0, in_floors=3.0)
-    every = {"linear": linear, "exponential": exponential, "odd": odd, "far": far}
-    explained_once = []
-    closing._explained = lambda several: (explained_once.append(name) or every[name] for name in several)
-    no_details = replace(fitted, mistakes=(Mistake(replace(rate, part="steps"), 0.0999),))
-    assert closing._plain(no_details) is exponential
-    assert explained_once == ["linear", "exponential", "odd", "far"]
-    closing._plainer_damping = lambda mistakes: iter(("far",))
-    assert closing._plain(no_details) is no_details
