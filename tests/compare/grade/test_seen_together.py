@@ -273,6 +273,19 @@ def test_how_steps_move_the_centre_is_sought_in_all_its_ways_at_once(tmp_path, s
     assert search._moved_otherwise(best) == [], "nothing is left to explain"
 
 
+def test_how_steps_move_the_centre_is_told_only_where_that_explains_all(tmp_path):
+    """Beside another mistake it explains a part of anything: the next change is then sought one by one."""
+    throw = drawn_scene(scene_path("brick-tumble").read_text(), "brick-tumble")
+    program = Drawn(Scheme(dt=RATE, spacing=RATE, gyroscopic="explicit", turning="first order", moves="parabola"))
+    file = tmp_path / "faster.csv"
+    file.write_text(Dialect(digits=7).text(program.rows(replace(throw, v=throw.v + np.array((0.1, 0.0, -0.05))))))
+    search = search_of(file, "brick-tumble")
+    search._fit.is_free = False
+    step = (Mistake(search.proposals.schemes.step(Step("explicit", "first order")), RATE),)
+    assert search._turns_right([step]) == [True]
+    assert search._moved_otherwise(step) == []
+
+
 def test_an_explicit_step_that_turns_the_body_alike_gives_way_to_a_symplectic_one(tmp_path):
     """With a stored angular momentum nothing else tells them apart: the other velocity for x is then no mistake."""
     euler = {"dt": RATE, "spacing": RATE, "keeps": "momentum"}
