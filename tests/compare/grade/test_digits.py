@@ -96,6 +96,17 @@ def test_numbers_that_may_be_rounded_are_as_precise_as_they_look(x):
     assert with_exact_numbers(formats, [["x"], ["q"]], numbers) == formats
 
 
+def test_numbers_of_a_throw_are_exact_though_two_are_equal_at_its_top():
+    formats, numbers = columns_of(0.0049 * (30.5**2 - (np.arange(60.0) - 30.5) ** 2))
+    assert len(set(numbers["x"])) < 60
+    assert with_exact_numbers(formats, [["x"], ["q"]], numbers)["x"].figures == 9
+
+
+def test_numbers_that_do_not_change_at_first_show_no_exactness():
+    formats, numbers = columns_of(0.5 + 0.0024 * np.arange(60.0))
+    assert with_exact_numbers(formats, [["x"], ["q"]], numbers | {"x": [0.5] * 60}) == formats
+
+
 def test_one_rounded_column_shows_that_its_neighbours_are_rounded_as_well():
     formats, numbers = columns_of(0.5 + 0.0024 * np.arange(60.0))
     y = (0.5 + 0.001234 * np.arange(60.0)).round(4)

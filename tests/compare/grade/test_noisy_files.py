@@ -93,6 +93,10 @@ def test_single_precision_is_weighed_against_noise_and_not_against_digits(tmp_pa
     assert (right.is_whole, wrong.is_whole) == (True, False)
     assert right.rms_m > wrong.rms_m
     assert right.weight < wrong.weight
+    weighed = []
+    evaluator._vagueness = lambda scale: weighed.append(scale.floors_m.min()) or 0.0
+    evaluator._explain(right.mistakes, 0.0)
+    assert weighed == [pytest.approx(evaluator._noise_m, rel=0.01)], "no row is more precise than its noise"
 
 
 def test_noise_is_seen_at_first_where_rows_between_ticks_hide_it(tmp_path):
