@@ -230,3 +230,22 @@ def test_impulses_that_are_all_late_or_act_again_are_named(tmp_path, again):
     flight = Spoilt(replace(throw, impulses=impulses), dt=0.00125, every=20).rows()
     name = "impulses-repeated" if again else "impulses-late"
     assert named(tmp_path, flight, throw) == {name: pytest.approx(late)}
+
+
+@pytest.mark.parametrize("stops", [False, True])
+def test_a_height_that_is_only_written_as_0_is_told_from_a_floor(tmp_path, stops):
+    """An impulse upwards, below height 0, tells them apart: where the height is only written the body begins lower."""
+    upwards = "".join(f"\n[[impulse]]\ntime = 1.6\nvalue = [0.0, 20.0, 0.0]\nvertex = {i}\n" for i in (0, 7))
+    scene = tmp_path / "hit-upwards.toml"
+    scene.write_text(SCENES["struck"].read_text() + upwards)
+    throw = read(scene)
+    if stops:
+        rows = type("Student", (Spoilt,), after(height(0.0)))(throw, **FINE).rows()
+    else:
+        rows = [(t, np.maximum(x, (-np.inf, 0, -np.inf)), *rest) for t, x, *rest in Spoilt(throw, **FINE).rows()]
+    file = write(tmp_path / "student.csv", rows, throw.vertices, form="{:.9g}".format)
+    found = grade(tmp_path / file, read_scene(str(scene)), {}, search_s=10.0)
+    assert found.verdict == EXPLAINED_WHOLLY
+    (best,) = found.diagnosis.best.mistakes
+    assert best.hypothesis.name == "floor-at-zero"
+    assert ("written as 0" in best.text) is not stops

@@ -7,7 +7,13 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.engine_schemes import DAMPING_PLACES
 from tumble.compare.grade.hypotheses.hypothesis import STEPS, Context, Hypothesis, choice, grid
-from tumble.compare.grade.hypotheses.names import GRAVITY_DELAYED, GRAVITY_SIZE, PYBULLET_DAMPING, SPIN_CAP
+from tumble.compare.grade.hypotheses.names import (
+    FLOOR_AT_ZERO,
+    GRAVITY_DELAYED,
+    GRAVITY_SIZE,
+    PYBULLET_DAMPING,
+    SPIN_CAP,
+)
 from tumble.compare.grade.model.kernel.dynamics import (
     AS_FORCE,
     BEFORE_FORCES,
@@ -338,7 +344,7 @@ def _floors(context: Context) -> Iterator[Hypothesis]:
         return
     for floor_place, where in FLOOR_PLACES.items():
         for name, text, shares in (
-            ("floor-at-zero", "the centre stopped by a floor at height 0, which the scene does not have", ()),
+            (FLOOR_AT_ZERO, "the centre stopped by a floor at height 0, which the scene does not have", ()),
             ("bounce-at-zero", "the centre bounces at height 0: {} times the velocity, reversed", BOUNCES),
         ):
             yield Hypothesis(

@@ -7,6 +7,7 @@ import numpy as np
 
 from tumble.compare.grade.hypotheses.hypothesis import Context, Hypothesis, choice, grid
 from tumble.compare.grade.hypotheses.mistakes.axes import axis_names, signed_permutations
+from tumble.compare.grade.hypotheses.names import FLOOR_AT_ZERO
 from tumble.compare.grade.model.program_model import (
     OutputTransform,
     Pose,
@@ -22,6 +23,8 @@ UNITS = {
     "m for cm": 0.01, "m for feet": 0.3048,
 }  # fmt: skip
 MOST_VERTICES = 8
+# Weight by which a floor that stops a body is likelier than a height that is only written as 0.
+STOPS_LIKELIER = 2.0
 # Parts of a program whose mistakes change the output only, not the run.
 OUTPUT_PARTS = frozenset(
     {
@@ -34,6 +37,7 @@ OUTPUT_PARTS = frozenset(
         "turning axes",
         "axes",
         "body axes",
+        "written height",
     }
 )
 
@@ -54,6 +58,7 @@ def output(context: Context) -> Iterator[Hypothesis]:
         lambda program, _: with_output_transform(program, _about_origin(program)),
     )
     yield from _logged_points(context)
+    yield from _heights(context)
     yield from _length_units(context)
     yield Hypothesis(
         "half-angle-missing",
@@ -65,6 +70,31 @@ def output(context: Context) -> Iterator[Hypothesis]:
     yield from _wrong_axes(context)
     yield from _half_converted(context)
     yield from _wrong_body_axes(context)
+
+
+def _heights(context: Context) -> Iterator[Hypothesis]:
+    """Yield that no negative height of the centre is written, if it would be."""
+    gravity = context.program.gravity
+    if not context.has_centre or not gravity.any():
+        return
+    up = -gravity / float(np.linalg.norm(gravity))
+    if (context.probes[:, 0:3] @ up).min() < 0.0:
+        yield Hypothesis(
+            FLOOR_AT_ZERO,
+            "written height",
+            "a negative height of the centre written as 0: it moves on below",
+            lambda program, _: with_output_transform(program, _above_zero(up)),
+            unlikely=STOPS_LIKELIER,
+        )
+
+
+def _above_zero(up: Array) -> OutputTransform:
+    """Return a pose whose centre is at no negative height."""
+
+    def write(pose: Pose) -> Pose:
+        return pose._replace(x=pose.x + np.maximum(-pose.x @ up, 0.0)[:, None] * up)
+
+    return write
 
 
 def _quaternion_orders() -> Iterator[Hypothesis]:
