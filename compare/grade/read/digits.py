@@ -133,7 +133,7 @@ def _is_exact(numbers: Array, place: float) -> bool:
     """Whether numbers, (N,), change in most rows, and so smoothly that none was rounded to a place."""
     changes = np.diff(numbers)
     is_moving = len(numbers) >= SMOOTH and 2 * np.count_nonzero(changes) > len(changes)
-    return is_moving and bool(np.abs(np.diff(changes, ORDER - 1)).max() < 0.5 * place)
+    return bool(is_moving and np.abs(np.diff(changes, ORDER - 1)).max() < 0.5 * place)
 
 
 def _are_single(values: Array, lasts: Array) -> bool:
