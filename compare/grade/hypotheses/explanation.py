@@ -85,6 +85,7 @@ class Explanation:
     weight : information criterion; smaller is better
     weighted_rms_m : root mean square residual with each row weighted by its precision [m]
     in_digits : the same over the floor of the printed digits alone, without single precision
+    in_double : the same over the floor of the digits and of noise, without single precision
     in_floors : the same over the floor with single precision, if the program may have it
     in_common : the same over the floor that a search has for every program
     plain_cost : what plain values, for the fitted ones, have added to the weight
@@ -99,6 +100,7 @@ class Explanation:
     weight: float
     weighted_rms_m: float
     in_digits: float = np.inf
+    in_double: float = np.inf
     in_floors: float = np.inf
     in_common: float = np.inf
     plain_cost: float = 0.0

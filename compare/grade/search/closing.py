@@ -386,6 +386,11 @@ def needs_no_single(one: Explanation, other: Explanation) -> bool:
     return one.in_digits <= EXPLAINED < EXPLAINED * NEARLY < other.in_digits
 
 
+def needs_noise_alone(one: Explanation, other: Explanation) -> bool:
+    """Return whether one explanation leaves only what digits and noise may, though another needs single precision."""
+    return one.in_double <= EXPLAINED < EXPLAINED * NEARLY < other.in_double
+
+
 def _plain_in(value: float, digits: int) -> float | None:
     """Return a value in so many significant digits; None where more than a few are as near to the value by chance."""
     plain = in_digits(value, digits)

@@ -24,7 +24,7 @@ from tumble.compare.grade.search.closing import (
     is_no_larger,
     is_rounded,
     leaves_much_less,
-    needs_no_single,
+    needs_noise_alone,
 )
 from tumble.compare.grade.search.engine_search import EngineSearch
 from tumble.compare.grade.search.evaluator import Evaluator
@@ -342,7 +342,7 @@ def _is_padded(explanation: Explanation, others: Iterable[Explanation], spacing_
     return any(
         other.names < explanation.names
         and (step_divides(other.mistakes, spacing_s) or not is_written)
-        and (not needs_no_single(explanation, other) or _is_fitted_to(explanation, other))
+        and (not needs_noise_alone(explanation, other) or _is_fitted_to(explanation, other))
         and (_helps_little(explanation, other) or (other.within_floor and explanation.within_floor))
         and not leaves_much_less(explanation, other)
         for other in others

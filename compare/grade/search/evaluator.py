@@ -99,7 +99,8 @@ class Evaluator:
         # Rows with as much noise are as precise, whatever their floors.
         known, noisy = self.double_scale, scale.with_noise(self._noise_m)
         in_noise = noisy.in_floors(errors)
-        weights = noisy.weight(in_noise, self._vagueness(noisy)), known.weight(known.in_floors(errors), 0.0)
+        in_double = known.in_floors(errors)
+        weights = noisy.weight(in_noise, self._vagueness(noisy)), known.weight(in_double, 0.0)
         is_little = in_digits <= NEARLY_DIGITS or in_floors <= NEARLY_SINGLE
         is_nearly = bool(mistakes) and is_little and in_common <= SMALL_SHARE * self._null_in_common
         within_floor = in_floors <= EXPLAINED or is_nearly
@@ -112,6 +113,7 @@ class Evaluator:
             weight=self.cost(mistakes) + min(weights),
             weighted_rms_m=in_noise * known.floor_m,
             in_digits=in_digits,
+            in_double=in_double,
             in_floors=in_floors,
             in_common=in_common,
         )

@@ -59,6 +59,18 @@ def test_a_scheme_is_no_padding_where_much_is_left_without_it(left, without, pad
     assert is_padded(fitted, [alone]), "any value may be fitted to what single precision leaves"
 
 
+@pytest.mark.parametrize(("left", "without", "padded"), [(1.5, 9.0, False), (2.1, 9.0, True), (1.5, 2.9, True)])
+def test_a_scheme_is_no_padding_where_only_noise_is_left_with_it(left, without, padded):
+    """Single precision would explain what is left without it; more digits are left by both, since there is noise."""
+    pair, alone = (
+        replace(explanation(names, rms, nothing=True), in_digits=10 * rms, in_double=rms, in_common=0.1)
+        for names, rms in (("ab", left), ("a", without))
+    )
+    assert is_padded(pair, [alone]) is padded
+    factor = Mistake(Hypothesis("factor", "factor", "{}", lambda program, _: program, (0.5, 2.0)), 1.0001)
+    assert is_padded(replace(pair, mistakes=(*alone.mistakes, factor)), [alone]), "fitted to what was left"
+
+
 def test_only_some_of_its_own_mistakes_make_it_padding():
     assert not is_padded(PAIR, [explanation("c", 0.1), explanation("abc", 0.1), PAIR])
     assert is_padded(ALONE, [explanation("", 1.0)])
