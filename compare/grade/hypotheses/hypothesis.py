@@ -76,6 +76,16 @@ class Context:
         v, w = (np.linalg.norm(self.probes[:, columns], axis=1) for columns in (slice(12, 15), slice(15, 18)))
         return v, w
 
+    @property
+    def up_from_below(self) -> Array | None:
+        """The direction against gravity, (3,); None if the centre is at no negative height, or the file has none."""
+        gravity = self.program.gravity
+        size = float(np.linalg.norm(gravity))
+        if not size or not self.has_centre:
+            return None
+        up = -gravity / size
+        return up if (self.probes[:, 0:3] @ up).min() < 0.0 else None
+
     @cached_property
     def ticks(self) -> dict[float, str]:
         """Steps that are longer than a row interval: usual ones, and multiples of the interval."""

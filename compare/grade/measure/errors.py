@@ -450,24 +450,18 @@ def _may_be_single(trajectory: Trajectory) -> bool:
     too: the round numbers of a free flight from round values could not.  So does one coordinate, if others refute it:
     they may be in other axes, into which a program turns them when it writes.
     """
-    description = trajectory.descriptions[0]
-    if description.kind in ("vertices", "matrix") or any(
-        trajectory.columns[name].factor != 1.0 for name in CENTRE if name in trajectory.columns
-    ):
+    columns, unrefuted = trajectory.columns, _unrefuted(trajectory)
+    centre = [name for name in CENTRE if name in columns]
+    is_computed = trajectory.descriptions[0].kind in ("vertices", "matrix")
+    if is_computed or any(columns[name].factor != 1.0 for name in centre):
         return True
-    if any(each.single and each.is_telling and each.place for each in _centre(trajectory)):
+    if any(each.single and each.is_telling and each.place for each in (trajectory.digits[name] for name in centre)):
         return True
-    unrefuted = _unrefuted(trajectory)
-    if ANGLES[0] in trajectory.columns:
-        return all(name in unrefuted for name in CENTRE if name in trajectory.columns)
-    if QUATERNION[0] in trajectory.columns and unrefuted.keys() <= set(CENTRE):
+    if ANGLES[0] in columns:
+        return all(name in unrefuted for name in centre)
+    if QUATERNION[0] in columns and unrefuted.keys() <= set(CENTRE):
         return any(one.is_telling for one in unrefuted.values())
     return any(one.place or one.is_telling for one in unrefuted.values())
-
-
-def _centre(trajectory: Trajectory) -> list[Digits]:
-    """Return the print formats of the coordinates of the centre."""
-    return [trajectory.digits[name] for name in CENTRE if name in trajectory.columns]
 
 
 def _unrefuted(trajectory: Trajectory) -> dict[str, Digits]:

@@ -27,7 +27,7 @@ def speeds_reached(times: Array, vertices: Array, points: Array, floors_m: Array
     poses = fitted_pose(vertices, points)
     places, attitudes, intervals = poses[:, 0:3], poses[:, 3:7], len(times) - 1
     most_of = (floors_m, places[1:] - places[:-1], turned_by(attitudes[:-1], attitudes[1:]))
-    noise_m, moved_m, turned = (float(np.quantile(_lengths(each), SLOWER[-1])) for each in most_of)
+    noise_m, moved_m, turned = (float(np.quantile(np.linalg.norm(each, axis=1), SLOWER[-1])) for each in most_of)
     size_m = float(np.ptp(points, axis=0).max())
     most = max(1, intervals // INTERVALS)
     of_v = min(most, _rows_apart(noise_m, moved_m))
@@ -42,10 +42,6 @@ def _rows_apart(noise: float, change: float) -> int:
     return int(np.ceil(noise / (PRECISE * change))) if change > PRECISE * noise else 1
 
 
-def _lengths(vectors: Array) -> Array:
-    return np.sqrt(np.square(vectors).sum(axis=1))
-
-
 def largest_speeds(v: Array, w: Array) -> dict[str, float]:
     """Return the largest of each of SPEEDS, of velocities [m/s] and spins [rad/s], world axes, (T, 3)."""
     with np.errstate(all="ignore"):  # a run that diverged
@@ -55,7 +51,7 @@ def largest_speeds(v: Array, w: Array) -> dict[str, float]:
 
 def _sizes(v: Array, w: Array) -> dict[str, Array]:
     """Return how large velocities and spins are, and their largest components, (T,)."""
-    sizes = map(_lengths, (v, w))
+    sizes = (np.linalg.norm(each, axis=1) for each in (v, w))
     components = (np.abs(each).max(axis=1) for each in (v, w))
     return dict(zip(SPEEDS, (*sizes, *components), strict=True))
 

@@ -66,11 +66,11 @@ class Evaluator:
         self.trials = 0
         self._costs: dict[tuple[Hypothesis, bool], float] = {}
         self._explanations: dict[tuple[Mistakes, float], Explanation] = {}
-        events = np.array([impulse.time for impulse in context.program.impulses])
+        self._events = np.array([impulse.time for impulse in context.program.impulses])
         are_vertices = context.kind == "vertices"
         # Rounding is noise too, of a floor at most.
         self._noise_m = white_noise_m(
-            sample.times, sample.vertices, points, events, context.program.rounding, are_vertices, scale.floors_m
+            sample.times, sample.vertices, points, self._events, context.program.rounding, are_vertices, scale.floors_m
         )
         # What noise was added to is no number of single precision, though the program may be of that.
         self.single = single or self.is_noisy
@@ -145,9 +145,8 @@ class Evaluator:
     @cached_property
     def _most_noise_m(self) -> float:
         """What the noise of a coordinate is at most [m], as far as rows show that."""
-        rows, program = self.rows, self.context.program
-        events = np.array([impulse.time for impulse in program.impulses])
-        return most_noise_m(rows.times, rows.vertices, self.points, events, program.rounding)
+        rounding_s = self.context.program.rounding
+        return most_noise_m(self.rows.times, self.rows.vertices, self.points, self._events, rounding_s)
 
     @cached_property
     def rests_from(self) -> float:

@@ -81,7 +81,7 @@ PARTS, IN_A_TICK = (1, 2, 3, 4, 5, 8, 10, 16, 20, 32, 40, 80), (1, 2, 4, 8)
 NEXT, CLOSE, WIDE = 2, 0.1, 0.7
 # Parts of the longest step with which one is looked for that has the scene's events at its ticks.
 FIRST = (1, 2, 3, 4, 5)
-# Parts that are tried even if they seem too long.
+# Parts of a row interval that are tried even if such steps seem too long; and more, of methods of high order.
 ALWAYS, OF_METHODS = (1, 2), (3, 4)
 # Steps that differ from another by less than this factor are similar.
 SIMILAR = 1.7

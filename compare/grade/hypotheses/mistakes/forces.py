@@ -335,12 +335,7 @@ def _with_cap(caps: tuple[float, float], place: int, cap: float) -> tuple[float,
 
 def _floors(context: Context) -> Iterator[Hypothesis]:
     """Yield that the centre is at no negative height, if it would be."""
-    program = context.program
-    size = float(np.linalg.norm(program.gravity))
-    if not size or not context.has_centre:
-        return
-    up = -program.gravity / size
-    if (context.probes[:, 0:3] @ up).min() >= 0:
+    if (up := context.up_from_below) is None:
         return
     for floor_place, where in FLOOR_PLACES.items():
         for name, text, shares in (

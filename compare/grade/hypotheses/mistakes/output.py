@@ -74,11 +74,7 @@ def output(context: Context) -> Iterator[Hypothesis]:
 
 def _heights(context: Context) -> Iterator[Hypothesis]:
     """Yield that no negative height of the centre is written, if it would be."""
-    gravity = context.program.gravity
-    if not context.has_centre or not gravity.any():
-        return
-    up = -gravity / float(np.linalg.norm(gravity))
-    if (context.probes[:, 0:3] @ up).min() < 0.0:
+    if (up := context.up_from_below) is not None:
         yield Hypothesis(
             FLOOR_AT_ZERO,
             "written height",

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from tumble.compare.grade.model.kernel.dynamics import Array
+from tumble.compare.grade.model.kernel.stepping import write_matrix
 from tumble.solver.compilation import kernel_with
 from tumble.solver.quaternion import exponential, product
 
@@ -64,19 +65,4 @@ def between_ticks(rows: Array, first: Array, fraction: Array, tick: float, kind:
         found[number, Q], found[number, Q + 1], found[number, Q + 2], found[number, Q + 3] = w, x, y, z
         # What is moved on keeps the length of its quaternion, as what is written at a tick does.
         size = 1.0 if kind == EXTRAPOLATED else np.sqrt(w * w + x * x + y * y + z * z)
-        w, x, y, z = w / size, x / size, y / size, z / size
-        found[number, 3], found[number, 4], found[number, 5] = (
-            w * w + x * x - y * y - z * z,
-            2 * (x * y - w * z),
-            2 * (x * z + w * y),
-        )
-        found[number, 6], found[number, 7], found[number, 8] = (
-            2 * (x * y + w * z),
-            w * w - x * x + y * y - z * z,
-            2 * (y * z - w * x),
-        )
-        found[number, 9], found[number, 10], found[number, 11] = (
-            2 * (x * z - w * y),
-            2 * (y * z + w * x),
-            w * w - x * x - y * y + z * z,
-        )
+        write_matrix(found[number], (w / size, x / size, y / size, z / size))

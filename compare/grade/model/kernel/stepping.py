@@ -49,16 +49,22 @@ TINY = 1e-300
 
 
 @borrowing
+def write_matrix(row: Array, q: Quaternion) -> None:
+    """Write the matrix of a quaternion into a row, of the square of its length."""
+    w, x, y, z = q
+    row[3], row[4], row[5] = w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)
+    row[6], row[7], row[8] = 2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)
+    row[9], row[10], row[11] = 2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z
+
+
+@borrowing
 def _write(row: Array, motion: Motion, q: Quaternion, columns: Array, w_matrix: Vector, attitude: int) -> None:
     """Write a row; q: of the program's length."""
     row[0], row[1], row[2] = motion.x
     row[12], row[13], row[14] = motion.v
     row[15], row[16], row[17] = rotate(motion.q, motion.w_body)
     row[18], row[19], row[20], row[21] = q
-    w, x, y, z = q
-    row[3], row[4], row[5] = w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)
-    row[6], row[7], row[8] = 2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)
-    row[9], row[10], row[11] = 2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z
+    write_matrix(row, q)
     if attitude == MATRIX:
         row[15], row[16], row[17] = w_matrix
         row[18:22] = math.nan
